@@ -1,0 +1,275 @@
+//! Closed forms that the numerical models are checked against, for tests, benches and users.
+
+use nalgebra::Complex;
+
+use crate::error::{Result, check, not_negative, positive};
+
+/// An infinite beam on a damped Winkler bed, `EI w'''' + c_EI w''''_t + m w_tt + c w_t + k w = p`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WinklerBeam {
+    /// Bending stiffness `EI`, N m^2.
+    pub bending_stiffness: f64,
+    /// Bending damping `c_EI`, N m^2 s.
+    pub bending_damping: f64,
+    /// Mass `m` of beam and bed, kg/m.
+    pub mass: f64,
+    /// Bed damping `c`, N s/m^2.
+    pub damping: f64,
+    /// Bed stiffness `k`, N/m^2.
+    pub stiffness: f64,
+}
+
+/// The steady state under a force that moves at constant speed.
+///
+/// With `xi = x - v t`, ahead of the force `w = P sum e^(s xi) / D'(s)` over the roots with
+/// `Re s < 0` of `D(s) = -v c_EI s^5 + EI s^4 + m v^2 s^2 - v c s + k`, and behind it minus that sum
+/// over the roots with `Re s > 0`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MovingLoad {
+    /// Roots `s` and `1 / D'(s)`.
+    roots: Vec<(Complex<f64>, Complex<f64>)>,
+}
+
+impl WinklerBeam {
+    /// `lambda = (k / 4 EI)^(1/4)`, 1/m: the decay of the static deflection.
+    #[must_use]
+    pub fn decay(&self) -> f64 {
+        (self.stiffness / (4.0 * self.bending_stiffness)).powf(0.25)
+    }
+
+    /// Static deflection under a force of `force` newtons, m: `P lambda / 2k`, downwards positive.
+    #[must_use]
+    pub fn static_deflection(&self, force: f64) -> f64 {
+        force * self.decay() / (2.0 * self.stiffness)
+    }
+
+    /// Static deflection `x` metres from the force: `w_0 e^(-l x) (cos l x + sin l x)`.
+    #[must_use]
+    pub fn static_deflection_at(&self, force: f64, x: f64) -> f64 {
+        let lx = self.decay() * x.abs();
+        self.static_deflection(force) * (-lx).exp() * (lx.cos() + lx.sin())
+    }
+
+    /// Static bending moment under the force, N m: `P / 4 lambda`.
+    #[must_use]
+    pub fn static_moment(&self, force: f64) -> f64 {
+        force / (4.0 * self.decay())
+    }
+
+    /// Speed of the slowest free wave, m/s: `(4 k EI / m^2)^(1/4)`.
+    #[must_use]
+    pub fn critical_speed(&self) -> f64 {
+        (4.0 * self.stiffness * self.bending_stiffness / (self.mass * self.mass)).powf(0.25)
+    }
+
+    /// The steady state at `speed`, m/s.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a property out of range, or, without damping, a speed at or above the
+    /// critical one: there is no steady state then.
+    pub fn moving_load(&self, speed: f64) -> Result<MovingLoad> {
+        positive("bending_stiffness", self.bending_stiffness, "N m^2")?;
+        not_negative("bending_damping", self.bending_damping, "N m^2 s")?;
+        not_negative("mass", self.mass, "kg/m")?;
+        not_negative("damping", self.damping, "N s/m^2")?;
+        positive("stiffness", self.stiffness, "N/m^2")?;
+        not_negative("speed", speed, "m/s")?;
+        if self.damping == 0.0 && self.bending_damping == 0.0 {
+            let allowed = "below the critical speed, as nothing damps the beam";
+            check("speed", speed, "m/s", allowed, |v| v < self.critical_speed())?;
+        }
+        // Lengths in units of 1 / lambda keep the coefficients of one size.
+        let (v, l) = (speed, self.decay());
+        let coefficients = [
+            self.stiffness,
+            -v * self.damping * l,
+            self.mass * v * v * l * l,
+            0.0,
+            self.bending_stiffness * l.powi(4),
+            -v * self.bending_damping * l.powi(5),
+        ];
+        let derivative = |s: Complex<f64>| {
+            let power = |i: usize| s.powu(i as u32 - 1) * (i as f64 * coefficients[i]);
+            (1..coefficients.len()).map(power).sum::<Complex<f64>>()
+        };
+        let roots = roots(&coefficients)
+            .into_iter()
+            .map(|s| (s * l, Complex::from(l) / derivative(s)))
+            .collect();
+        Ok(MovingLoad { roots })
+    }
+}
+
+impl MovingLoad {
+    /// Deflection `xi` metres ahead of a unit force, m/N, downwards positive.
+    #[must_use]
+    pub fn deflection(&self, xi: f64) -> f64 {
+        let ahead = xi >= 0.0;
+        let sign = if ahead { 1.0 } else { -1.0 };
+        let decaying = self.roots.iter().filter(|(s, _)| (s.re < 0.0) == ahead);
+        sign * decaying.map(|(s, factor)| ((s * xi).exp() * factor).re).sum::<f64>()
+    }
+
+    /// Largest deflection under and near a unit force, m/N, and where it is, m ahead of the force.
+    #[must_use]
+    pub fn peak(&self) -> (f64, f64) {
+        let slowest = self.roots.iter().map(|(s, _)| s.re.abs()).fold(f64::INFINITY, f64::min);
+        let (mut low, mut high) = (-8.0 / slowest, 8.0 / slowest);
+        // A scan finds the peak, then the golden section narrows it.
+        let points = 4000;
+        let step = (high - low) / f64::from(points);
+        let at = |i: i32| low + step * f64::from(i);
+        let best =
+            (0..=points).max_by(|a, b| self.deflection(at(*a)).total_cmp(&self.deflection(at(*b))));
+        let centre = at(best.unwrap_or(points / 2));
+        (low, high) = (centre - step, centre + step);
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        for _ in 0..60 {
+            let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+            if self.deflection(a) > self.deflection(b) { high = b } else { low = a }
+        }
+        let xi = 0.5 * (low + high);
+        (self.deflection(xi), xi)
+    }
+}
+
+/// Roots of `sum c_i s^i`, by the simultaneous iteration of Durand and Kerner.
+fn roots(coefficients: &[f64]) -> Vec<Complex<f64>> {
+    let degree = coefficients.iter().rposition(|c| *c != 0.0).unwrap_or(0);
+    let leading = coefficients[degree];
+    let value = |s: Complex<f64>| {
+        let horner = |value: Complex<f64>, c: &f64| value * s + c / leading;
+        coefficients[..=degree].iter().rev().fold(Complex::from(0.0), horner)
+    };
+    // No start is real or a root of unity, which symmetry could keep from converging.
+    let mut found: Vec<_> = (0..degree).map(|i| Complex::new(0.4, 0.9).powu(i as u32)).collect();
+    for _ in 0..500 {
+        let mut largest = 0.0_f64;
+        for i in 0..degree {
+            let s = found[i];
+            let others = found.iter().enumerate().filter(|(j, _)| *j != i);
+            let product: Complex<f64> = others.map(|(_, other)| s - other).product();
+            let change = value(s) / product;
+            found[i] -= change;
+            largest = largest.max(change.norm() / found[i].norm());
+        }
+        if largest < 4.0 * f64::EPSILON {
+            break;
+        }
+    }
+    found
+}
+
+/// A simply supported beam without a foundation, from rest, under a force that crosses it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SimplySupportedBeam {
+    /// Span, m.
+    pub length: f64,
+    /// Bending stiffness `EI`, N m^2.
+    pub bending_stiffness: f64,
+    /// Mass, kg/m.
+    pub mass: f64,
+}
+
+impl SimplySupportedBeam {
+    /// Static deflection at mid-span under a force there, m: `P L^3 / 48 EI`.
+    #[must_use]
+    pub fn static_deflection(&self, force: f64) -> f64 {
+        force * self.length.powi(3) / (48.0 * self.bending_stiffness)
+    }
+
+    /// Deflection at `x` while the force is at `speed * time` on the beam, m, downwards positive, by
+    /// `modes` terms of the modal series (Fryba, Vibration of solids and structures under moving
+    /// loads, ch. 1):
+    /// `w = sum 2P/(mL) sin(n pi x/L) [sin(O t) - (O/o) sin(o t)] / (o^2 - O^2)` with the mode's
+    /// frequency `o` and the load's `O = n pi v / L`.
+    #[must_use]
+    pub fn moving_load(&self, force: f64, speed: f64, x: f64, time: f64, modes: usize) -> f64 {
+        let mode = |n: usize| {
+            let k = n as f64 * std::f64::consts::PI / self.length;
+            let own = k * k * (self.bending_stiffness / self.mass).sqrt();
+            let load = k * speed;
+            let amplitude = 2.0 * force / (self.mass * self.length) * (k * x).sin();
+            amplitude * ((load * time).sin() - load / own * (own * time).sin())
+                / (own * own - load * load)
+        };
+        (1..=modes).map(mode).sum()
+    }
+}
+
+impl From<&crate::pavement::Section> for WinklerBeam {
+    /// The infinite beam of a section's constants.
+    fn from(section: &crate::pavement::Section) -> Self {
+        Self {
+            bending_stiffness: section.bending_stiffness,
+            bending_damping: section.bending_damping,
+            mass: section.mass + section.bed.mass,
+            damping: section.bed.damping,
+            stiffness: section.bed.stiffness,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+
+    /// Numbers that follow from the textbook formulas for EI 75 000, m 2000, k 1.2e8, P 40 kN.
+    fn beam(zeta: f64) -> WinklerBeam {
+        let (mass, stiffness) = (2000.0, 1.2e8_f64);
+        let damping = zeta * 2.0 * (stiffness * mass).sqrt();
+        WinklerBeam { bending_stiffness: 75e3, bending_damping: 0.0, mass, damping, stiffness }
+    }
+
+    #[test]
+    fn static_and_critical_values() {
+        let beam = beam(0.0);
+        assert!((beam.decay() - 4.472136).abs() < 1e-6);
+        assert!((beam.static_deflection(40e3) - 0.745356e-3).abs() < 1e-9);
+        assert!((beam.static_moment(40e3) - 2236.068).abs() < 1e-3);
+        assert!((beam.critical_speed() - 54.7723).abs() < 1e-4);
+    }
+
+    #[test]
+    fn peak_of_the_moving_load() -> Result<()> {
+        for (zeta, ratio, peak) in
+            [(0.0, 0.5, 1.15470), (0.1, 0.5, 1.15027), (1.0, 0.5, 0.89144), (0.1, 0.9, 2.06040)]
+        {
+            let beam = beam(zeta);
+            let moving = beam.moving_load(ratio * beam.critical_speed())?;
+            let found = moving.peak().0 / beam.static_deflection(1.0);
+            assert!((found - peak).abs() < 1e-5, "{found} against {peak}");
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn at_rest_it_is_the_static_deflection() -> Result<()> {
+        let beam = beam(0.3);
+        let moving = beam.moving_load(0.0)?;
+        for xi in [-0.7, -0.1, 0.0, 0.2, 1.0] {
+            let expected = beam.static_deflection_at(1.0, xi);
+            assert!((moving.deflection(xi) - expected).abs() < 1e-12 * beam.static_deflection(1.0));
+        }
+        Ok(())
+    }
+
+    #[test]
+    fn roots_of_known_polynomials() {
+        // (s - 1)(s + 2)(s^2 + 9) and s^4 + 4
+        for coefficients in [[-18.0, 9.0, 7.0, 1.0, 1.0], [4.0, 0.0, 0.0, 0.0, 1.0]] {
+            for s in roots(&coefficients) {
+                let powers = coefficients.iter().enumerate();
+                let value: Complex<f64> = powers.map(|(i, c)| s.powu(i as u32) * *c).sum();
+                assert!(value.norm() < 1e-12, "{s} gives {value}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_steady_state_without_damping_above_the_critical_speed() {
+        let beam = beam(0.0);
+        assert!(matches!(beam.moving_load(60.0), Err(Error::Invalid { .. })));
+    }
+}

@@ -1,0 +1,149 @@
+//! One error type for the whole core; every variant carries the numbers that explain it.
+
+use thiserror::Error;
+
+/// What can go wrong in the core.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A number the caller gave is outside what the model allows.
+    #[error("{name} = {value}: must be {allowed}")]
+    Invalid {
+        /// The quantity, as the caller knows it.
+        name: String,
+        /// The value that was given, as text with its unit.
+        value: String,
+        /// The values that are allowed.
+        allowed: String,
+    },
+    /// Two arrays that belong together differ in size.
+    #[error("{name} has shape {got:?}, expected {expected:?}")]
+    Shape {
+        /// The array.
+        name: &'static str,
+        /// Its shape.
+        got: (usize, usize),
+        /// The shape it should have.
+        expected: (usize, usize),
+    },
+    /// A matrix or input holds a NaN or an infinity.
+    #[error("{name} is not finite: {value} in row {row}, column {column}")]
+    NonFinite {
+        /// The array.
+        name: &'static str,
+        /// The offending value.
+        value: f64,
+        /// Its row, from 0.
+        row: usize,
+        /// Its column, from 0.
+        column: usize,
+    },
+    /// A matrix that has to be inverted is singular to working precision.
+    #[error(
+        "the {name} is singular: pivot {pivot:.3e} in column {column} is below {limit:.3e}{advice}"
+    )]
+    Singular {
+        /// The matrix.
+        name: &'static str,
+        /// The offending pivot of its LU factors.
+        pivot: f64,
+        /// The column the pivot belongs to, from 0.
+        column: usize,
+        /// The smallest pivot accepted: `n eps` times the largest entry of that column.
+        limit: f64,
+        /// What to do about it, or nothing.
+        advice: &'static str,
+    },
+    /// The response grew beyond what a double can hold.
+    #[error("the {quantity} is not finite after step {step} (t = {time} s)")]
+    Diverged {
+        /// What grew.
+        quantity: &'static str,
+        /// The step at which it was noticed.
+        step: usize,
+        /// The time of that step.
+        time: f64,
+    },
+    /// The dense scheme would need more memory and time than is sensible.
+    #[error(
+        "a dense transition matrix of {unknowns} unknowns is refused, the limit is {limit}: \
+         use a shorter road or longer elements"
+    )]
+    TooLarge {
+        /// Degrees of freedom asked for.
+        unknowns: usize,
+        /// Degrees of freedom accepted.
+        limit: usize,
+    },
+    /// The caller asked the run to stop.
+    #[error("stopped by the caller after step {step} of {steps}")]
+    Stopped {
+        /// Steps done.
+        step: usize,
+        /// Steps asked for.
+        steps: usize,
+    },
+}
+
+/// Whose fault an error is; the binding chooses the exception by it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The input is wrong.
+    Input,
+    /// The numerics failed.
+    Solver,
+    /// The caller asked to stop.
+    Stopped,
+}
+
+impl Error {
+    /// Whose fault it is.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        match self {
+            Self::Invalid { .. } | Self::Shape { .. } | Self::TooLarge { .. } => Kind::Input,
+            Self::NonFinite { .. } | Self::Singular { .. } | Self::Diverged { .. } => Kind::Solver,
+            Self::Stopped { .. } => Kind::Stopped,
+        }
+    }
+}
+
+/// The core's result.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// `value` if it is finite and `allowed` holds for it.
+pub(crate) fn check(
+    name: &str,
+    value: f64,
+    unit: &str,
+    allowed: &str,
+    holds: impl FnOnce(f64) -> bool,
+) -> Result<f64> {
+    if value.is_finite() && holds(value) {
+        return Ok(value);
+    }
+    let space = if unit.is_empty() { "" } else { " " };
+    Err(Error::Invalid {
+        name: name.to_owned(),
+        value: format!("{value}{space}{unit}"),
+        allowed: allowed.to_owned(),
+    })
+}
+
+/// `value` if it is finite and above zero.
+pub(crate) fn positive(name: &str, value: f64, unit: &str) -> Result<f64> {
+    check(name, value, unit, "finite and above 0", |v| v > 0.0)
+}
+
+/// `value` if it is finite and not below zero.
+pub(crate) fn not_negative(name: &str, value: f64, unit: &str) -> Result<f64> {
+    check(name, value, unit, "finite and not below 0", |v| v >= 0.0)
+}
+
+/// A watcher of a long run: told the steps done and the steps in all, it says whether to go on.
+pub type Watch<'a> = dyn FnMut(usize, usize) -> bool + 'a;
+
+/// Tell the watcher; an error if it wants to stop.
+pub(crate) fn go_on(watch: &mut Watch<'_>, step: usize, steps: usize) -> Result<()> {
+    if watch(step, steps) { Ok(()) } else { Err(Error::Stopped { step, steps }) }
+}

@@ -1,0 +1,256 @@
+//! A strip of pavement under one wheel track: sections, mesh, `M`, `C`, `K` (eq. 5).
+
+use nalgebra::{Matrix2, Matrix4};
+
+use super::element::{bending, consistent, lumped};
+use super::load::Weights;
+use crate::error::{Error, Result, check, not_negative, positive};
+use crate::linalg::Banded;
+use crate::transition::System;
+
+/// What the beam rests on, per metre of road.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bed {
+    /// Stiffness `k`, N/m^2.
+    pub stiffness: f64,
+    /// Damping `c`, N s/m^2.
+    pub damping: f64,
+    /// Mass that moves with the beam, kg/m.
+    pub mass: f64,
+}
+
+/// A length of road of one structure at one temperature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Section {
+    /// Length, m.
+    pub length: f64,
+    /// Bending stiffness `EI`, N m^2.
+    pub bending_stiffness: f64,
+    /// Bending damping `c_EI`, N m^2 s.
+    pub bending_damping: f64,
+    /// Mass of the beam, kg/m.
+    pub mass: f64,
+    /// The bed under it.
+    pub bed: Bed,
+}
+
+/// How the bed carries the beam.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Foundation {
+    /// A bar under every node, with the bed of half an element on each side (the paper).
+    Bars,
+    /// A continuous bed with consistent matrices.
+    Winkler,
+}
+
+/// How both ends of the strip are held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ends {
+    /// No displacement, no slope (the paper).
+    Clamped,
+    /// No displacement.
+    Pinned,
+    /// Not held.
+    Free,
+}
+
+/// A symmetric matrix of 2x2 blocks, one row of blocks a node, each coupled to its neighbours only.
+#[derive(Debug, Clone, PartialEq)]
+struct BlockTridiagonal {
+    diagonal: Vec<Matrix2<f64>>,
+    upper: Vec<Matrix2<f64>>,
+}
+
+impl BlockTridiagonal {
+    fn zeros(nodes: usize) -> Self {
+        Self {
+            diagonal: vec![Matrix2::zeros(); nodes],
+            upper: vec![Matrix2::zeros(); nodes.saturating_sub(1)],
+        }
+    }
+
+    fn add(&mut self, element: usize, matrix: &Matrix4<f64>) {
+        self.diagonal[element] += matrix.fixed_view::<2, 2>(0, 0);
+        self.upper[element] += matrix.fixed_view::<2, 2>(0, 2);
+        self.diagonal[element + 1] += matrix.fixed_view::<2, 2>(2, 2);
+    }
+
+    /// The rows and columns of the unknowns that are free.
+    fn restrict(&self, free: &[Option<usize>], n: usize) -> Banded {
+        let mut out = Banded::zeros(n, 3);
+        let mut put = |row: usize, column: usize, block: &Matrix2<f64>| {
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                if let (Some(r), Some(c)) = (free[2 * row + i], free[2 * column + j]) {
+                    out.add(r, c, block[(i, j)]);
+                }
+            }
+        };
+        for (node, block) in self.diagonal.iter().enumerate() {
+            put(node, node, block);
+        }
+        for (node, block) in self.upper.iter().enumerate() {
+            put(node, node + 1, block);
+            put(node + 1, node, &block.transpose());
+        }
+        out
+    }
+}
+
+/// Shares of the four unknowns `(w_1, theta_1, w_2, theta_2)` of the element that holds a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shares {
+    /// Numbers of the unknowns in the free system; `None` where the support holds them.
+    pub unknowns: [Option<usize>; 4],
+    /// The share of each.
+    pub weights: [f64; 4],
+}
+
+impl Shares {
+    /// The weighted sum of what the unknowns are.
+    #[must_use]
+    pub fn read(&self, unknowns: &[f64]) -> f64 {
+        let read = |unknown: Option<usize>| unknown.map_or(0.0, |at| unknowns[at]);
+        self.unknowns.into_iter().zip(self.weights).map(|(at, weight)| weight * read(at)).sum()
+    }
+}
+
+/// The mesh and matrices of a road.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Strip {
+    nodes: Vec<f64>,
+    free: Vec<Option<usize>>,
+    system: System,
+}
+
+impl Strip {
+    /// Mesh `sections`, laid end to end from x = 0, with elements not longer than `element_length`
+    /// (each section takes a whole number of equal elements), and assemble `M`, `C`, `K`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for a section shorter than an element, a negative or non-finite property,
+    /// or a road of a single element.
+    pub fn new(
+        sections: &[Section],
+        element_length: f64,
+        foundation: Foundation,
+        ends: Ends,
+    ) -> Result<Self> {
+        positive("element_length", element_length, "m")?;
+        let mut nodes = vec![0.0];
+        let mut elements = Vec::new();
+        for (number, section) in sections.iter().enumerate() {
+            section.check(number, element_length)?;
+            let start = nodes[nodes.len() - 1];
+            // A length that is a whole number of elements but for rounding gets just those.
+            let count = (section.length / element_length - 1e-9).ceil().max(1.0);
+            check("number of elements", count, "", "at most 10 million", |count| count <= 1e7)?;
+            let count = count as usize;
+            nodes.extend((1..=count).map(|i| start + section.length * i as f64 / count as f64));
+            elements.extend(std::iter::repeat_n((section, section.length / count as f64), count));
+        }
+        if elements.len() < 2 {
+            return Err(Error::Invalid {
+                name: "road length".to_owned(),
+                value: format!("{} m", nodes[nodes.len() - 1]),
+                allowed: format!("at least two elements of {element_length} m"),
+            });
+        }
+        let mut mass = BlockTridiagonal::zeros(nodes.len());
+        let mut damping = mass.clone();
+        let mut stiffness = mass.clone();
+        for (number, (section, h)) in elements.into_iter().enumerate() {
+            let bed = match foundation {
+                Foundation::Bars => lumped(h),
+                Foundation::Winkler => consistent(h),
+            };
+            let Section { bending_stiffness, bending_damping, .. } = *section;
+            mass.add(number, &(consistent(h) * section.mass + bed * section.bed.mass));
+            damping.add(number, &(bending(h) * bending_damping + bed * section.bed.damping));
+            stiffness.add(number, &(bending(h) * bending_stiffness + bed * section.bed.stiffness));
+        }
+        let (free, n) = number_unknowns(nodes.len(), ends);
+        let system = System {
+            mass: mass.restrict(&free, n),
+            damping: damping.restrict(&free, n),
+            stiffness: stiffness.restrict(&free, n),
+        };
+        Ok(Self { nodes, free, system })
+    }
+
+    /// Places of the nodes, m, the ends included.
+    #[must_use]
+    pub fn nodes(&self) -> &[f64] {
+        &self.nodes
+    }
+
+    /// Length of the road, m.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.nodes[self.nodes.len() - 1]
+    }
+
+    /// `M`, `C`, `K` of the unknowns that the ends do not hold.
+    #[must_use]
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// The number, in the free system, of the displacement of a node; `None` where it is held.
+    #[must_use]
+    pub fn displacement(&self, node: usize) -> Option<usize> {
+        self.free[2 * node]
+    }
+
+    /// How a unit force at `x` is shared, or nothing off the road.
+    #[must_use]
+    pub fn shares(&self, x: f64, weights: Weights) -> Option<Shares> {
+        if !(0.0..=self.length()).contains(&x) {
+            return None;
+        }
+        let after = self.nodes.partition_point(|&node| node <= x);
+        let element = after.clamp(1, self.nodes.len() - 1) - 1;
+        let h = self.nodes[element + 1] - self.nodes[element];
+        Some(Shares {
+            unknowns: std::array::from_fn(|i| self.free[2 * element + i]),
+            weights: weights.at(h, (x - self.nodes[element]) / h),
+        })
+    }
+}
+
+impl Section {
+    fn check(&self, number: usize, element_length: f64) -> Result<()> {
+        let name = |quantity: &str| format!("section {number}: {quantity}");
+        let allowed = format!("at least one element of {element_length} m");
+        let shortest = element_length * (1.0 - 1e-9);
+        check(&name("length"), self.length, "m", &allowed, |length| length >= shortest)?;
+        positive(&name("bending stiffness"), self.bending_stiffness, "N m^2")?;
+        positive(&name("mass"), self.mass, "kg/m")?;
+        not_negative(&name("bending damping"), self.bending_damping, "N m^2 s")?;
+        not_negative(&name("bed stiffness"), self.bed.stiffness, "N/m^2")?;
+        not_negative(&name("bed damping"), self.bed.damping, "N s/m^2")?;
+        not_negative(&name("bed mass"), self.bed.mass, "kg/m")?;
+        Ok(())
+    }
+}
+
+/// Numbers of the unknowns `w_0, theta_0, w_1, ...`, those the ends hold left out, and their count.
+fn number_unknowns(nodes: usize, ends: Ends) -> (Vec<Option<usize>>, usize) {
+    let held = |unknown: usize| {
+        let at_end = unknown < 2 || unknown >= 2 * (nodes - 1);
+        at_end
+            && match ends {
+                Ends::Clamped => true,
+                Ends::Pinned => unknown.is_multiple_of(2),
+                Ends::Free => false,
+            }
+    };
+    let mut count = 0;
+    let number = |unknown| {
+        (!held(unknown)).then(|| {
+            count += 1;
+            count - 1
+        })
+    };
+    let free = (0..2 * nodes).map(number).collect();
+    (free, count)
+}

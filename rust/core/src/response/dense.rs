@@ -1,0 +1,586 @@
+//! The paper's scheme: the whole road stepped by its dense transition matrix (eqs. 9-12).
+//!
+//! With the matrices of [`crate::transition`] after `i` steps, a state `(u, v)` under no force moves
+//! to
+//!
+//! ```text
+//! u_i = H_i (M u) + G_i (C u + M v)
+//! v_i = H_i (M v) - G_i (K u)
+//! ```
+//!
+//! Of the steps in between only displacements are asked for, at the nodes and stations, so the state
+//! itself goes [`BLOCK`] steps at a time, and what lies between is one matrix product over many
+//! blocks. Forces add their own pulse responses: the same numbers as step by step, but for rounding,
+//! from a third of the memory traffic, which is what bounds a step. (`G` and `H` of the paper's road
+//! take 154 kB and come from the second-level cache; each entry serves two products.)
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::record::{Extremes, Keep, Record};
+use crate::error::{Error, Result, Watch, go_on};
+use crate::linalg::{DMatrix, add_scaled, multiply_add, multiply_by, zeros};
+use crate::pavement::Weights;
+use crate::pavement::load::TRACK_SHARE;
+use crate::pavement::strip::{Shares, Strip};
+use crate::transition::{Levels, System, Transition, stack};
+
+/// Steps that the state goes at a time. More would cost more in preparing than they save on a road
+/// as long as the paper's.
+const BLOCK: usize = 4;
+
+/// Blocks between two products for what lies in between, and two words to the watcher.
+const BATCH: usize = 64;
+
+/// What the nodal forces do within a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hold {
+    /// They keep their value and place at its beginning: first order in `dt` (the paper).
+    Zero,
+    /// They go linearly from their value at its beginning to that at its end: second order.
+    First,
+}
+
+/// Axle forces along the road: `instants x axles`, row by row.
+#[derive(Debug, Clone, Copy)]
+pub struct Loads<'a> {
+    /// Number of axles.
+    pub axles: usize,
+    /// Place of each axle at each instant, m; off the road it loads nothing.
+    pub positions: &'a [f64],
+    /// Force of each axle at each instant, N, positive pressing on the road.
+    pub forces: &'a [f64],
+}
+
+impl Loads<'_> {
+    fn check(&self) -> Result<usize> {
+        let instants = self.positions.len().checked_div(self.axles).unwrap_or(0);
+        let expected = (instants.max(1), self.axles.max(1));
+        for (name, values) in [("axle positions", self.positions), ("axle forces", self.forces)] {
+            if values.len() != expected.0 * expected.1 {
+                return Err(Error::Shape { name, got: (values.len(), 1), expected });
+            }
+            if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+                let (row, column) = (at / self.axles, at % self.axles);
+                return Err(Error::NonFinite { name, value: values[at], row, column });
+            }
+        }
+        Ok(instants)
+    }
+}
+
+/// Forces on the unknowns of the road at one instant, up positive, few of them not zero.
+#[derive(Debug, Default)]
+struct NodalForces(Vec<(usize, f64)>);
+
+impl NodalForces {
+    /// What the axles do at `instant` (Fig. 6); a share on a held unknown goes into its support.
+    fn set(&mut self, strip: &Strip, loads: &Loads<'_>, weights: Weights, instant: usize) {
+        let row = instant * loads.axles..(instant + 1) * loads.axles;
+        let axles = loads.positions[row.clone()].iter().zip(&loads.forces[row]);
+        self.0.clear();
+        for (&x, &force) in axles {
+            let Some(shares) = strip.shares(x, weights) else { continue };
+            for (unknown, weight) in shares.unknowns.into_iter().zip(shares.weights) {
+                if let (Some(unknown), true) = (unknown, weight != 0.0) {
+                    self.0.push((unknown, -TRACK_SHARE * force * weight));
+                }
+            }
+        }
+    }
+}
+
+/// The matrices that a road, a time step, a hold and the places to read need.
+///
+/// Factor once, run many: it depends on no force and no position.
+#[derive(Debug)]
+pub struct Stepper<'a> {
+    strip: &'a Strip,
+    transition: &'a Transition,
+    weights: Weights,
+    every: usize,
+    /// Where deflections are read: the nodes, then the stations.
+    probes: Vec<Shares>,
+    /// `H` and `G` after a block of steps.
+    block: Levels,
+    /// `[H_i G_i]` read at the probes, for the steps `i` within a block, one below the other.
+    between: DMatrix<f64>,
+    /// What the force at the beginning of a step does, and, if it varies, that at its end.
+    pulses: Vec<Pulse>,
+}
+
+/// What a unit force at one end of a step has done some steps later.
+#[derive(Debug)]
+struct Pulse {
+    /// Displacement and velocity at the end of a block, `2n x n`, by the step it acts in.
+    state: Vec<DMatrix<f64>>,
+    /// Deflection at the probes after one step, two steps, ..., one below the other.
+    probes: DMatrix<f64>,
+}
+
+impl<'a> Stepper<'a> {
+    /// Carry the transition over a block of steps and read it at the nodes and stations.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] where the transition is not that of the strip, [`Error::Invalid`] for a
+    /// station off the road.
+    pub fn new(
+        strip: &'a Strip,
+        transition: &'a Transition,
+        (weights, hold): (Weights, Hold),
+        keep: &Keep,
+    ) -> Result<Self> {
+        let (n, size) = (strip.system().len(), transition.system().len());
+        if size != n {
+            let name = "transition matrix";
+            return Err(Error::Shape { name, got: (size, size), expected: (n, n) });
+        }
+        let probes = keep.probes(strip)?;
+        let phi = transition.phi();
+        let first = transition.levels();
+        let used = match hold {
+            Hold::Zero => 1,
+            Hold::First => 2,
+        };
+        let integrals = first.integrals[..used].to_vec();
+        let mut stages = vec![Levels { integrals, ..first.clone() }];
+        for _ in 1..BLOCK {
+            stages.push(stages[stages.len() - 1].carry(&phi, first));
+        }
+        let mut between = zeros((BLOCK - 1) * probes.len(), 2 * n);
+        for (i, stage) in stages[..BLOCK - 1].iter().enumerate() {
+            read(&probes, &stage.rate, &mut between, (i * probes.len(), 0));
+            read(&probes, &stage.impulse, &mut between, (i * probes.len(), n));
+        }
+        let pulses = Pulse::all(&stages, hold, &probes);
+        let block = stages.swap_remove(BLOCK - 1);
+        Ok(Self { strip, transition, weights, every: keep.every, probes, block, between, pulses })
+    }
+
+    /// Deflection of the road under `loads`, from rest.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] and [`Error::NonFinite`] for loads that do not fit, [`Error::Diverged`],
+    /// [`Error::Stopped`].
+    pub fn run(&self, loads: &Loads<'_>, watch: &mut Watch<'_>) -> Result<Record> {
+        let instants = loads.check()?;
+        Arch::new().dispatch(Run { stepper: self, loads, instants, watch })
+    }
+}
+
+/// The rows of `matrix` read at the probes, put into `out` from `(row, column)` on.
+fn read(
+    probes: &[Shares],
+    matrix: &DMatrix<f64>,
+    out: &mut DMatrix<f64>,
+    (row, column): (usize, usize),
+) {
+    let (n, rows) = (matrix.nrows(), out.nrows());
+    let to = out.as_mut_slice().chunks_exact_mut(rows).skip(column);
+    for (from, to) in matrix.as_slice().chunks_exact(n).zip(to) {
+        for (probe, to) in probes.iter().zip(&mut to[row..]) {
+            *to = probe.read(from);
+        }
+    }
+}
+
+impl Pulse {
+    /// The pulses of a hold, from the levels after one step, two steps, ....
+    ///
+    /// A unit force held for one step is a step up at once and a step down a `dt` later:
+    /// `J_i - J_(i-1)`. One that grows to a unit within the step, and is gone after it, is a ramp
+    /// that ends in a step down: `(Q_i - Q_(i-1)) / dt - J_(i-1)`. Velocities are one level below.
+    fn all(stages: &[Levels], hold: Hold, probes: &[Shares]) -> Vec<Self> {
+        let dt = stages[0].time;
+        let n = stages[0].rate.nrows();
+        let held = |i: usize, level: usize| {
+            let of = |i: usize| stages[i].level(level);
+            let mut out = of(i).clone();
+            if i > 0 {
+                add_scaled(out.as_mut_slice(), -1.0, of(i - 1).as_slice());
+            }
+            out
+        };
+        let grown = |i: usize, level: usize| {
+            let ramp = multiply_by(&held(i, level + 1), 1.0 / dt);
+            if i == 0 { ramp } else { ramp - stages[i - 1].level(level) }
+        };
+        type Shape<'a> = &'a dyn Fn(usize, usize) -> DMatrix<f64>;
+        let shrunk = |i: usize, level: usize| held(i, level) - grown(i, level);
+        let shapes: &[Shape<'_>] = match hold {
+            Hold::Zero => &[&held],
+            Hold::First => &[&shrunk, &grown],
+        };
+        let pulse = |shape: &Shape<'_>| {
+            let mut at_probes = zeros((stages.len() - 1) * probes.len(), n);
+            let mut state = Vec::with_capacity(stages.len());
+            for i in 0..stages.len() {
+                let displacement = shape(i, 2);
+                if i + 1 < stages.len() {
+                    read(probes, &displacement, &mut at_probes, (i * probes.len(), 0));
+                }
+                state.push(stack(&displacement, &shape(i, 1)));
+            }
+            state.reverse(); // a force in the first step of a block acts on for the longest
+            Self { state, probes: at_probes }
+        };
+        shapes.iter().map(pulse).collect()
+    }
+}
+
+struct Run<'a, 'w> {
+    stepper: &'a Stepper<'a>,
+    loads: &'a Loads<'a>,
+    instants: usize,
+    watch: &'a mut Watch<'w>,
+}
+
+impl WithSimd for Run<'_, '_> {
+    type Output = Result<Record>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Result<Record> {
+        let Self { stepper, loads, instants, watch } = self;
+        let Stepper { strip, transition, probes, every, .. } = stepper;
+        let nodes = strip.nodes().len();
+        let mut extremes = Extremes::new(nodes);
+        let mut history = Vec::with_capacity(instants.div_ceil(*every) * (probes.len() - nodes));
+        let mut state = State::new::<S>(stepper);
+        let mut batch = Batch::new(stepper);
+        let mut forces = Forces::default();
+        for start in (0..instants).step_by(BATCH * BLOCK) {
+            go_on(watch, start, instants - 1)?;
+            for column in 0..BATCH {
+                state.begin(simd);
+                batch.read(column, stepper, &state);
+                forces.set(stepper, loads, start + column * BLOCK, instants);
+                forces.act(stepper, &mut batch.inner, column, &mut state);
+                state.finish(simd);
+            }
+            batch.finish(stepper);
+            for (step, deflection) in (start..instants).zip(batch.instants(probes.len())) {
+                extremes.update(step, &deflection[..nodes]);
+                if step % every == 0 {
+                    history.extend_from_slice(&deflection[nodes..]);
+                }
+            }
+            if !state.displacement().iter().sum::<f64>().is_finite() {
+                let step = (start + BATCH * BLOCK).min(instants - 1);
+                let time = step as f64 * transition.dt();
+                return Err(Error::Diverged { quantity: "deflection", step, time });
+            }
+        }
+        go_on(watch, instants - 1, instants - 1)?;
+        Ok(Record { history, envelope: extremes.finish() })
+    }
+}
+
+/// Deflections at the probes over a batch of blocks.
+struct Batch {
+    /// Probes x blocks: at the beginning of each block.
+    first: DMatrix<f64>,
+    /// (Steps within a block x probes) x blocks: in between.
+    inner: DMatrix<f64>,
+    /// `[M u; C u + M v]` at the beginning of each block.
+    products: DMatrix<f64>,
+}
+
+impl Batch {
+    fn new(stepper: &Stepper<'_>) -> Self {
+        let (rows, columns) = stepper.between.shape();
+        Self {
+            first: zeros(stepper.probes.len(), BATCH),
+            inner: zeros(rows, BATCH),
+            products: zeros(columns, BATCH),
+        }
+    }
+
+    #[inline(always)]
+    fn read(&mut self, column: usize, stepper: &Stepper<'_>, state: &State) {
+        let u = state.displacement();
+        let rows = stepper.probes.len();
+        let first = &mut self.first.as_mut_slice()[column * rows..(column + 1) * rows];
+        for (to, probe) in first.iter_mut().zip(&stepper.probes) {
+            *to = probe.read(u);
+        }
+        let rows = self.inner.nrows();
+        self.inner.as_mut_slice()[column * rows..(column + 1) * rows].fill(0.0);
+        let n = state.n;
+        let products = &mut self.products.as_mut_slice()[2 * n * column..2 * n * (column + 1)];
+        products[..n].copy_from_slice(&state.products[0][..n]);
+        products[n..].copy_from_slice(&state.products[1][..n]);
+    }
+
+    fn finish(&mut self, stepper: &Stepper<'_>) {
+        multiply_add(&mut self.inner, 1.0, &stepper.between, &self.products);
+    }
+
+    /// The deflections at one instant after the other.
+    fn instants(&self, probes: usize) -> impl Iterator<Item = &[f64]> {
+        let first = self.first.as_slice().chunks_exact(probes);
+        let inner = self.inner.as_slice().chunks_exact((BLOCK - 1) * probes);
+        first.zip(inner).flat_map(move |(first, inner)| {
+            std::iter::once(first).chain(inner.chunks_exact(probes))
+        })
+    }
+}
+
+/// The nodal forces at each end of the steps of a block.
+#[derive(Default)]
+struct Forces([NodalForces; BLOCK + 1]);
+
+impl Forces {
+    fn set(&mut self, stepper: &Stepper<'_>, loads: &Loads<'_>, start: usize, instants: usize) {
+        for (i, forces) in self.0.iter_mut().enumerate() {
+            forces.0.clear();
+            if start + i < instants {
+                forces.set(stepper.strip, loads, stepper.weights, start + i);
+            }
+        }
+    }
+
+    /// Add what they do to the probes within the block and to the state at its end.
+    #[inline(always)]
+    fn act(
+        &self,
+        stepper: &Stepper<'_>,
+        inner: &mut DMatrix<f64>,
+        column: usize,
+        state: &mut State,
+    ) {
+        let rows = inner.nrows();
+        let inner = &mut inner.as_mut_slice()[column * rows..(column + 1) * rows];
+        for (end, pulse) in stepper.pulses.iter().enumerate() {
+            let column_of = |matrix: &'_ DMatrix<f64>, at: usize| {
+                at * matrix.nrows()..(at + 1) * matrix.nrows()
+            };
+            for step in 0..BLOCK {
+                let after = &mut inner[step * stepper.probes.len()..];
+                for &(unknown, force) in &self.0[step + end].0 {
+                    let probes = &pulse.probes.as_slice()[column_of(&pulse.probes, unknown)];
+                    add_scaled(after, force, probes);
+                    let moved = &pulse.state[step];
+                    state.push(&moved.as_slice()[column_of(moved, unknown)], force);
+                }
+            }
+        }
+    }
+}
+
+/// The state and all that a block of steps reads, laid out for vectors.
+struct State {
+    n: usize,
+    blocks: Blocks,
+    bands: Bands,
+    /// Displacement and velocity now, with `bands.half` zeros before and after them.
+    now: [Vec<f64>; 2],
+    /// Displacement and velocity after the block.
+    next: [Vec<f64>; 2],
+    /// `M u`, `C u + M v`, `-K u`, `M v`.
+    products: [Vec<f64>; 4],
+}
+
+impl State {
+    /// At rest.
+    fn new<S: Simd>(stepper: &Stepper<'_>) -> Self {
+        let system = stepper.transition.system();
+        let blocks = Blocks::new::<S>(&stepper.block.impulse, &stepper.block.rate);
+        let bands = Bands::new(system, blocks.rows);
+        let padded = vec![0.0; blocks.rows + 2 * bands.half];
+        Self {
+            n: system.len(),
+            now: std::array::from_fn(|_| padded.clone()),
+            next: std::array::from_fn(|_| padded.clone()),
+            products: std::array::from_fn(|_| vec![0.0; blocks.rows]),
+            blocks,
+            bands,
+        }
+    }
+
+    fn displacement(&self) -> &[f64] {
+        &self.now[0][self.bands.half..][..self.n]
+    }
+
+    /// Multiply the state with the bands; no force as yet.
+    #[inline(always)]
+    fn begin<S: Simd>(&mut self, simd: S) {
+        let [u, v] = &self.now;
+        self.bands.apply(simd, u, v, &mut self.products);
+        for next in &mut self.next {
+            next.fill(0.0);
+        }
+    }
+
+    /// Add a force times what a unit of it makes of the state.
+    #[inline(always)]
+    fn push(&mut self, unit: &[f64], force: f64) {
+        let half = self.bands.half;
+        for (next, unit) in self.next.iter_mut().zip(unit.chunks_exact(self.n)) {
+            add_scaled(&mut next[half..], force, unit);
+        }
+    }
+
+    /// Multiply with `G` and `H`; what was next is now.
+    #[inline(always)]
+    fn finish<S: Simd>(&mut self, simd: S) {
+        let half = self.bands.half;
+        let [u, v] = &mut self.next;
+        self.blocks.apply(simd, self.n, &self.products, &mut u[half..], &mut v[half..]);
+        std::mem::swap(&mut self.now, &mut self.next);
+    }
+}
+
+/// The bands of `M`, `C` and `K`, a diagonal after the other, rows filled up with zeros.
+struct Bands {
+    half: usize,
+    rows: usize,
+    diagonals: [Vec<f64>; 3],
+}
+
+impl Bands {
+    fn new(system: &System, rows: usize) -> Self {
+        let matrices = [&system.mass, &system.damping, &system.stiffness];
+        let half = matrices.iter().map(|matrix| matrix.half()).max().unwrap_or(0);
+        let n = system.len();
+        let diagonals = matrices.map(|matrix| {
+            let entry = |d: usize, i: usize| match (i + d).checked_sub(half) {
+                Some(j) if i < n && j < n => matrix.get(i, j),
+                _ => 0.0,
+            };
+            (0..=2 * half).flat_map(|d| (0..rows).map(move |i| entry(d, i))).collect()
+        });
+        Self { half, rows, diagonals }
+    }
+
+    /// `(M u, C u + M v, -K u, M v)` of a state with `half` zeros on each side.
+    #[inline(always)]
+    fn apply<S: Simd>(&self, simd: S, u: &[f64], v: &[f64], out: &mut [Vec<f64>; 4]) {
+        let lanes = S::F64_LANES;
+        let load = |from: &[f64], at: usize| S::as_simd_f64s(&from[at..at + lanes]).0[0];
+        let [mass, damping, stiffness] = &self.diagonals;
+        for row in (0..self.rows).step_by(lanes) {
+            let [mut p, mut q, mut r, mut s] = [simd.splat_f64s(0.0); 4];
+            for d in 0..=2 * self.half {
+                let at = d * self.rows + row;
+                let (u, v) = (load(u, row + d), load(v, row + d));
+                let m = load(mass, at);
+                p = simd.mul_add_f64s(m, u, p);
+                q = simd.mul_add_f64s(load(damping, at), u, simd.mul_add_f64s(m, v, q));
+                r = simd.mul_add_f64s(load(stiffness, at), u, r);
+                s = simd.mul_add_f64s(m, v, s);
+            }
+            for (out, value) in out.iter_mut().zip([p, q, simd.neg_f64s(r), s]) {
+                S::as_mut_simd_f64s(&mut out[row..row + lanes]).0[0] = value;
+            }
+        }
+    }
+}
+
+/// Rows that one pass of the step keeps in registers, in vectors, by the width of the vectors: two
+/// sums a row, and the 32 registers of AVX-512 or the 16 of older sets.
+const fn tallest_panel(lanes: usize) -> usize {
+    if lanes >= 8 { 8 } else { 4 }
+}
+
+/// `G` and `H` cut into panels of rows, each stored in the order in which the step reads it: for
+/// each column the panel's rows of `G`, then those of `H`.
+struct Blocks {
+    /// Numbers, from `offset` on, which is where a cache line starts.
+    values: Vec<f64>,
+    offset: usize,
+    /// Height of each panel, in vectors.
+    panels: Vec<usize>,
+    /// Rows, those filled up with zeros included.
+    rows: usize,
+}
+
+impl Blocks {
+    fn new<S: Simd>(g: &DMatrix<f64>, h: &DMatrix<f64>) -> Self {
+        let n = g.nrows();
+        let lanes = S::F64_LANES;
+        let vectors = n.div_ceil(lanes);
+        // As even as they can be: a low panel would leave registers unused.
+        let count = vectors.div_ceil(tallest_panel(lanes));
+        let panels: Vec<usize> =
+            (0..count).map(|i| (vectors * (i + 1)) / count - (vectors * i) / count).collect();
+        let rows = vectors * lanes;
+        let line = 8;
+        let mut values = vec![0.0; 2 * rows * n + line];
+        let offset = values.as_ptr().align_offset(line * size_of::<f64>()).min(line);
+        let mut to = offset;
+        let mut top = 0;
+        for height in panels.iter().map(|vectors| vectors * lanes) {
+            let filled = height.min(n - top);
+            for column in 0..n {
+                for matrix in [g, h] {
+                    let from = &matrix.as_slice()[column * n + top..][..filled];
+                    values[to..to + filled].copy_from_slice(from);
+                    to += height;
+                }
+            }
+            top += height;
+        }
+        Self { values, offset, panels, rows }
+    }
+
+    /// `u += H p + G q`, `v += G r + H s`, over `n` columns.
+    #[inline(always)]
+    fn apply<S: Simd>(
+        &self,
+        simd: S,
+        n: usize,
+        [p, q, r, s]: &[Vec<f64>; 4],
+        u: &mut [f64],
+        v: &mut [f64],
+    ) {
+        let x = [&p[..n], &q[..n], &r[..n], &s[..n]];
+        let mut from = self.offset;
+        let mut top = 0;
+        for &vectors in &self.panels {
+            let height = vectors * S::F64_LANES;
+            let size = 2 * height * n;
+            let values = &self.values[from..from + size];
+            let (u, v) = (&mut u[top..top + height], &mut v[top..top + height]);
+            match vectors {
+                1 => panel::<S, 1>(simd, values, x, u, v),
+                2 => panel::<S, 2>(simd, values, x, u, v),
+                3 => panel::<S, 3>(simd, values, x, u, v),
+                4 => panel::<S, 4>(simd, values, x, u, v),
+                5 => panel::<S, 5>(simd, values, x, u, v),
+                6 => panel::<S, 6>(simd, values, x, u, v),
+                7 => panel::<S, 7>(simd, values, x, u, v),
+                _ => panel::<S, 8>(simd, values, x, u, v),
+            }
+            from += size;
+            top += height;
+        }
+    }
+}
+
+/// One panel of `V` vectors of rows, its sums in registers.
+#[inline(always)]
+fn panel<S: Simd, const V: usize>(
+    simd: S,
+    values: &[f64],
+    [p, q, r, s]: [&[f64]; 4],
+    u: &mut [f64],
+    v: &mut [f64],
+) {
+    let (columns, _) = S::as_simd_f64s(values);
+    let mut sum_u = [simd.splat_f64s(0.0); V];
+    let mut sum_v = sum_u;
+    let x = p.iter().zip(q).zip(r.iter().zip(s));
+    for (column, ((p, q), (r, s))) in columns.chunks_exact(2 * V).zip(x) {
+        let [p, q, r, s] = [p, q, r, s].map(|x| simd.splat_f64s(*x));
+        let (g, h) = column.split_at(V);
+        for i in 0..V {
+            sum_u[i] = simd.mul_add_f64s(h[i], p, simd.mul_add_f64s(g[i], q, sum_u[i]));
+            sum_v[i] = simd.mul_add_f64s(h[i], s, simd.mul_add_f64s(g[i], r, sum_v[i]));
+        }
+    }
+    for (out, sum) in [(u, sum_u), (v, sum_v)] {
+        let (out, _) = S::as_mut_simd_f64s(out);
+        for (out, sum) in out.iter_mut().zip(sum) {
+            *out = simd.add_f64s(*out, sum);
+        }
+    }
+}

@@ -1,0 +1,85 @@
+//! What is kept of a run: histories at chosen places, and the envelope of every node.
+
+use crate::error::{Error, Result, check};
+use crate::pavement::Weights;
+use crate::pavement::strip::{Shares, Strip};
+
+/// What to keep.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Keep {
+    /// Places whose deflection history is kept, m; none for the envelope alone.
+    pub stations: Vec<f64>,
+    /// Keep every n-th instant of the histories, the first included. The envelope sees them all.
+    pub every: usize,
+}
+
+/// Extremes of the deflection of every node over the run, m, up positive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Envelope {
+    /// Lowest value of each node.
+    pub lowest: Vec<f64>,
+    /// Highest value of each node.
+    pub highest: Vec<f64>,
+    /// The step at which each node was lowest.
+    pub lowest_step: Vec<usize>,
+}
+
+/// What was kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Record {
+    /// Deflection, m, up positive: a row for each kept instant, a column for each station.
+    pub history: Vec<f64>,
+    /// Extremes at every node of the road, the held ones included.
+    pub envelope: Envelope,
+}
+
+impl Keep {
+    /// Where deflections are read: at every node, then at the stations by the element's shape
+    /// functions.
+    pub(super) fn probes(&self, strip: &Strip) -> Result<Vec<Shares>> {
+        check("every", self.every as f64, "", "at least 1", |every| every >= 1.0)?;
+        let probe = |x: &f64| {
+            strip.shares(*x, Weights::Hermite).ok_or_else(|| Error::Invalid {
+                name: "station".to_owned(),
+                value: format!("{x} m"),
+                allowed: format!("on the road, 0 to {} m", strip.length()),
+            })
+        };
+        strip.nodes().iter().chain(&self.stations).map(probe).collect()
+    }
+}
+
+/// The extremes so far.
+pub(super) struct Extremes {
+    lowest: Vec<f64>,
+    highest: Vec<f64>,
+    /// Steps as doubles: comparison and choice then run in one vector width.
+    lowest_step: Vec<f64>,
+}
+
+impl Extremes {
+    /// Of so many nodes, before any motion.
+    pub(super) fn new(nodes: usize) -> Self {
+        let zeros = vec![0.0; nodes];
+        Self { lowest: zeros.clone(), highest: zeros.clone(), lowest_step: zeros }
+    }
+
+    #[inline(always)]
+    pub(super) fn update(&mut self, step: usize, deflection: &[f64]) {
+        let step = step as f64;
+        let extremes = self.lowest.iter_mut().zip(&mut self.highest).zip(&mut self.lowest_step);
+        for (((lowest, highest), at), &w) in extremes.zip(deflection) {
+            *at = if w < *lowest { step } else { *at };
+            *lowest = if w < *lowest { w } else { *lowest };
+            *highest = if w > *highest { w } else { *highest };
+        }
+    }
+
+    pub(super) fn finish(self) -> Envelope {
+        Envelope {
+            lowest: self.lowest,
+            highest: self.highest,
+            lowest_step: self.lowest_step.into_iter().map(|step| step as usize).collect(),
+        }
+    }
+}

@@ -1,0 +1,405 @@
+//! Transition matrix and particular response of `M u'' + C u' + K u = f` (the paper's eqs. 9-12).
+//!
+//! In state form, `y = (u, v)`, the system reads `y' = A y + B f` with
+//! `A = [0 I; -M^-1 K, -M^-1 C]` and `B = [0; M^-1]`, and over one step of length `dt`
+//!
+//! ```text
+//! y(t + dt) = Phi y(t) + Gamma f,   Phi = exp(A dt),   Gamma = int_0^dt exp(A s) ds B.
+//! ```
+//!
+//! All blocks follow from two `n x n` matrices: the displacement `G(t)` and the velocity
+//! `H(t) = G'(t)` that unit impulses leave behind. Because `Phi` commutes with `A`,
+//!
+//! ```text
+//! Phi = [H M + G C,  G M;  -G K,  H M],     Gamma = [int_0^dt G ds;  G].
+//! ```
+//!
+//! `M`, `C` and `K` of a strip or a truck are narrow bands, so this form halves what a step has to
+//! read and cuts the cost of the series and of each squaring to a quarter.
+//!
+//! The repeated integrals of `G` answer forces that last: `J = int G` a step, `Q = int J` a ramp.
+
+use crate::error::{Error, Result, Watch, check, go_on, positive};
+use crate::linalg::{
+    Banded, DMatrix, Lu, add_scaled, check_finite, multiply, multiply_add, multiply_by,
+    multiply_into, zeros,
+};
+
+/// Degrees of freedom above which a dense transition matrix is refused: 500 m of 0.5 m elements.
+/// The dozen matrices of that size which a run holds take 400 MB.
+pub const DENSE_LIMIT: usize = 2000;
+
+/// Largest norm at which the series is summed without a further squaring: past it, a term costs
+/// as many correct digits as the squaring it saves.
+const SERIES_NORM: f64 = 1.0;
+
+const INTEGRAL_ADVICE: &str = "; the integral form of the particular response needs no inverse";
+
+/// `M u'' + C u' + K u = f`, each matrix stored by its band.
+#[derive(Debug, Clone, PartialEq)]
+pub struct System {
+    /// Mass matrix `M`, kg.
+    pub mass: Banded,
+    /// Damping matrix `C`, N s/m.
+    pub damping: Banded,
+    /// Stiffness matrix `K`, N/m.
+    pub stiffness: Banded,
+}
+
+impl System {
+    /// The system of three dense square matrices of one size.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] where a matrix is not square or differs in size from the mass matrix,
+    /// [`Error::NonFinite`].
+    pub fn from_dense(
+        mass: &DMatrix<f64>,
+        damping: &DMatrix<f64>,
+        stiffness: &DMatrix<f64>,
+    ) -> Result<Self> {
+        let expected = mass.shape();
+        for (name, matrix) in [("damping matrix", damping), ("stiffness matrix", stiffness)] {
+            if matrix.shape() != expected {
+                return Err(Error::Shape { name, got: matrix.shape(), expected });
+            }
+        }
+        Ok(Self {
+            mass: Banded::from_dense("mass matrix", mass)?,
+            damping: Banded::from_dense("damping matrix", damping)?,
+            stiffness: Banded::from_dense("stiffness matrix", stiffness)?,
+        })
+    }
+
+    /// Degrees of freedom `n`.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.mass.len()
+    }
+
+    /// Whether it has no degree of freedom.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.mass.is_empty()
+    }
+
+    /// Bound of the 1-norm of `A dt`, with velocities measured in displacement per time step and
+    /// each unknown in units of one over the root of its own mass, so that no unit alters it.
+    fn state_norm(&self, inverse_mass: &DMatrix<f64>, dt: f64) -> Result<f64> {
+        let scale: Vec<f64> = (0..self.len())
+            .map(|i| self.mass.get(i, i).abs().sqrt().max(f64::MIN_POSITIVE))
+            .collect();
+        let norm_of = |matrix: &Banded| {
+            let product = matrix.left_multiply(1.0, inverse_mass);
+            let columns = product.as_slice().chunks_exact(self.len()).zip(&scale);
+            columns
+                .map(|(c, s)| c.iter().zip(&scale).map(|(x, r)| x.abs() * r).sum::<f64>() / s)
+                .fold(0.0, f64::max)
+        };
+        let norm = (dt * dt * norm_of(&self.stiffness)).max(1.0 + dt * norm_of(&self.damping));
+        check("norm of the state matrix times dt", norm, "", "below 1e15", |norm| norm < 1e15)
+    }
+}
+
+/// How the series of eq. (11) was summed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Series {
+    /// Bound of the 1-norm of `A dt`, velocities scaled by the time step.
+    pub norm: f64,
+    /// Terms of the Taylor series, the unit matrix left out.
+    pub terms: usize,
+    /// Squarings: the series was summed at `dt / 2^squarings`.
+    pub squarings: u32,
+}
+
+impl Series {
+    /// The squarings that bring the norm to [`SERIES_NORM`], and the terms after which the
+    /// remainder `x^(q+1) / (q+1)! / (1 - x / (q+2))` is below the rounding error.
+    fn plan(norm: f64) -> Self {
+        let squarings = (norm / SERIES_NORM).log2().ceil().max(0.0) as u32;
+        let x = norm / f64::from(squarings).exp2();
+        let mut terms = 1;
+        let mut next = x * x / 2.0;
+        while next / (1.0 - x / (terms as f64 + 2.0)) > 0.5 * f64::EPSILON {
+            terms += 1;
+            next *= x / (terms as f64 + 1.0);
+        }
+        Self { norm, terms, squarings }
+    }
+}
+
+/// Which of three equal forms gives the particular response.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Form {
+    /// `Gamma = (I - Phi) [K^-1; 0]`: one LU of `K`.
+    Stiffness,
+    /// `Gamma = A^-1 (Phi - I) B`: one LU of the state matrix `A`, of twice the size.
+    State,
+    /// The integrals of the series, squared along with it: no inverse but that of `M`. The only
+    /// form where `K` is singular, because then `A` is singular too.
+    Integral,
+}
+
+/// The four blocks of a state transition matrix, each `n x n`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Phi {
+    uu: DMatrix<f64>,
+    uv: DMatrix<f64>,
+    vu: DMatrix<f64>,
+    vv: DMatrix<f64>,
+}
+
+impl Phi {
+    fn new(system: &System, levels: &Levels) -> Self {
+        let System { mass, damping, stiffness } = system;
+        let vv = mass.left_multiply(1.0, &levels.rate);
+        let mut uu = vv.clone();
+        damping.left_multiply_add(1.0, &levels.impulse, &mut uu);
+        let uv = mass.left_multiply(1.0, &levels.impulse);
+        let vu = stiffness.left_multiply(-1.0, &levels.impulse);
+        Self { uu, uv, vu, vv }
+    }
+
+    /// As one `2n x 2n` matrix.
+    #[must_use]
+    pub fn to_dense(&self) -> DMatrix<f64> {
+        let n = self.uu.nrows();
+        let mut phi = DMatrix::zeros(2 * n, 2 * n);
+        let blocks = [(0, 0, &self.uu), (0, n, &self.uv), (n, 0, &self.vu), (n, n, &self.vv)];
+        for (row, column, block) in blocks {
+            phi.view_mut((row, column), (n, n)).copy_from(block);
+        }
+        phi
+    }
+}
+
+/// `H`, `G` and, where known, `J` and `Q` at one time: each the integral of the one before it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Levels {
+    /// The time, s.
+    pub time: f64,
+    /// `H`: velocity after a unit impulse, `n x n`, 1/kg.
+    pub rate: DMatrix<f64>,
+    /// `G`: displacement after a unit impulse, `n x n`, m/(N s).
+    pub impulse: DMatrix<f64>,
+    /// `J`: displacement under a unit step, `n x n`, m/N; then `Q`: under a unit ramp, m s/N.
+    pub integrals: Vec<DMatrix<f64>>,
+}
+
+impl Levels {
+    /// The levels at `self.time + later.time`, given the `phi` and levels of `later`.
+    ///
+    /// A level and the one before it are the displacement and velocity of a motion, which `phi`
+    /// carries on; an integral adds to that what it had gathered by `later.time`.
+    #[must_use]
+    pub fn carry(&self, phi: &Phi, later: &Self) -> Self {
+        let carry = |u: &DMatrix<f64>, v: &DMatrix<f64>, x: &DMatrix<f64>, w: &DMatrix<f64>| {
+            let mut out = multiply(u, x);
+            multiply_add(&mut out, 1.0, v, w);
+            out
+        };
+        let mut integrals: Vec<DMatrix<f64>> = Vec::with_capacity(self.integrals.len());
+        let mut before = &self.impulse;
+        for (i, level) in self.integrals.iter().enumerate() {
+            let mut next = carry(&phi.uu, &phi.uv, level, before);
+            let mut factor = 1.0;
+            for (power, gathered) in later.integrals[..=i].iter().rev().enumerate() {
+                add_scaled(next.as_mut_slice(), factor, gathered.as_slice());
+                factor *= self.time / (power + 1) as f64;
+            }
+            integrals.push(next);
+            before = level;
+        }
+        Self {
+            time: self.time + later.time,
+            rate: carry(&phi.vu, &phi.vv, &self.impulse, &self.rate),
+            impulse: carry(&phi.uu, &phi.uv, &self.impulse, &self.rate),
+            integrals,
+        }
+    }
+
+    /// `H`, `G`, `J` or `Q`, by number from 0.
+    pub(crate) fn level(&self, number: usize) -> &DMatrix<f64> {
+        match number {
+            0 => &self.rate,
+            1 => &self.impulse,
+            _ => &self.integrals[number - 2],
+        }
+    }
+
+    /// The Taylor series at a small `time`: `G = sum Y_k` with `Y_0 = 0`, `Y_1 = t M^-1` and
+    /// `Y_(k+1) = -t/(k+1) (Y_k C + t/k Y_(k-1) K) M^-1`.
+    ///
+    /// (`Phi` commutes with `A`, so the bands may stand on the right, where whole columns combine.)
+    fn series(
+        system: &System,
+        inverse_mass: &DMatrix<f64>,
+        time: f64,
+        terms: usize,
+        integrals: usize,
+        watch: &mut Watch<'_>,
+    ) -> Result<Self> {
+        let n = system.len();
+        let zeros = || zeros(n, n);
+        let (mut rate, mut impulse) = (zeros(), zeros());
+        let mut integrals = vec![zeros(); integrals];
+        let (mut before, mut force) = (zeros(), zeros());
+        let mut term = multiply_by(inverse_mass, time);
+        // The velocity needs one term more than the displacement.
+        for k in 1..=terms + 1 {
+            go_on(watch, k, terms)?;
+            let order = k as f64;
+            let mut factor = order / time;
+            let levels = [&mut rate, &mut impulse].into_iter().chain(&mut integrals);
+            for (i, level) in levels.enumerate() {
+                add_scaled(level.as_mut_slice(), factor, term.as_slice());
+                factor *= time / (order + i as f64);
+            }
+            force.as_mut_slice().fill(0.0);
+            system.damping.left_multiply_add(-time / (order + 1.0), &term, &mut force);
+            let factor = -time * time / (order * (order + 1.0));
+            system.stiffness.left_multiply_add(factor, &before, &mut force);
+            multiply_into(&mut before, &force, inverse_mass);
+            std::mem::swap(&mut before, &mut term);
+        }
+        Ok(Self { time, rate, impulse, integrals })
+    }
+}
+
+/// `Phi` and the particular response of one system and time step.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transition {
+    system: System,
+    series: Series,
+    /// `H`, `G`, `J` and `Q` at `dt`.
+    levels: Levels,
+}
+
+impl Transition {
+    /// Sum the series of eq. (11) for a step of `dt` seconds, and find the particular response.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for `dt` or an empty system, [`Error::TooLarge`] above [`DENSE_LIMIT`],
+    /// [`Error::Singular`] for the mass matrix and for the matrix that `form` inverts,
+    /// [`Error::NonFinite`] where the response overflows, and [`Error::Stopped`].
+    pub fn new(system: System, dt: f64, form: Form, watch: &mut Watch<'_>) -> Result<Self> {
+        positive("time step dt", dt, "s")?;
+        let n = system.len();
+        check("number of free unknowns", n as f64, "", "at least 1", |n| n >= 1.0)?;
+        if n > DENSE_LIMIT {
+            return Err(Error::TooLarge { unknowns: n, limit: DENSE_LIMIT });
+        }
+        let inverse_mass = Lu::new("mass matrix", &system.mass.to_dense(), "")?.inverse(n);
+        let series = Series::plan(system.state_norm(&inverse_mass, dt)?);
+        let start = dt / f64::from(series.squarings).exp2();
+        let depth = if form == Form::Integral { 2 } else { 0 };
+        let mut levels = Levels::series(&system, &inverse_mass, start, series.terms, depth, watch)?;
+        for squaring in 0..series.squarings as usize {
+            go_on(watch, squaring, series.squarings as usize)?;
+            levels = levels.carry(&Phi::new(&system, &levels), &levels);
+        }
+        levels.time = dt;
+        check_finite("transition matrix", &levels.impulse)?;
+        check_finite("transition matrix", &levels.rate)?;
+        match form {
+            Form::Integral => {}
+            Form::Stiffness => levels.integrals = by_stiffness(&system, &levels)?,
+            Form::State => levels.integrals = by_state(&system, &inverse_mass, &levels)?,
+        }
+        Ok(Self { system, series, levels })
+    }
+
+    /// The system.
+    #[must_use]
+    pub fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// Time step, s.
+    #[must_use]
+    pub fn dt(&self) -> f64 {
+        self.levels.time
+    }
+
+    /// How the series was summed.
+    #[must_use]
+    pub fn series(&self) -> Series {
+        self.series
+    }
+
+    /// `H`, `G`, `J` and `Q` at `dt`.
+    #[must_use]
+    pub fn levels(&self) -> &Levels {
+        &self.levels
+    }
+
+    /// `Phi = exp(A dt)` for the state `(u, v)` (eq. 11).
+    #[must_use]
+    pub fn phi(&self) -> Phi {
+        Phi::new(&self.system, &self.levels)
+    }
+
+    /// `Gamma = [J; G]`, `2n x n`: the state that a constant unit force leaves after a step (eq. 12).
+    #[must_use]
+    pub fn gamma(&self) -> DMatrix<f64> {
+        stack(&self.levels.integrals[0], &self.levels.impulse)
+    }
+
+    /// `[Q; J] / dt`, `2n x n`: the state that a force leaves which grew linearly to a unit in a step.
+    #[must_use]
+    pub fn ramp(&self) -> DMatrix<f64> {
+        let [step, ramp] = [&self.levels.integrals[0], &self.levels.integrals[1]];
+        multiply_by(&stack(ramp, step), 1.0 / self.dt())
+    }
+}
+
+/// `[upper; lower]`.
+pub(crate) fn stack(upper: &DMatrix<f64>, lower: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = upper.nrows();
+    let mut values = Vec::with_capacity(2 * upper.len());
+    for (upper, lower) in upper.as_slice().chunks_exact(n).zip(lower.as_slice().chunks_exact(n)) {
+        values.extend_from_slice(upper);
+        values.extend_from_slice(lower);
+    }
+    DMatrix::from_vec(2 * n, upper.ncols(), values)
+}
+
+/// `J` and `Q` from the equation of motion `G'' M + G' C + G K = 0` of `G`, integrated once and
+/// twice: `J = (I - H M - G C) K^-1`, which is `(I - Phi_uu) K^-1`, and `Q = (dt I - G M - J C) K^-1`.
+fn by_stiffness(system: &System, levels: &Levels) -> Result<Vec<DMatrix<f64>>> {
+    let n = system.len();
+    let lu = Lu::new("stiffness matrix", &system.stiffness.to_dense(), INTEGRAL_ADVICE)?;
+    let inverse = lu.inverse(n);
+    let integrate = |constant: f64, before: &DMatrix<f64>, level: &DMatrix<f64>| {
+        let mut rest = DMatrix::from_diagonal_element(n, n, constant);
+        system.mass.left_multiply_add(-1.0, before, &mut rest);
+        system.damping.left_multiply_add(-1.0, level, &mut rest);
+        multiply(&rest, &inverse)
+    };
+    let step = integrate(1.0, &levels.rate, &levels.impulse);
+    let ramp = integrate(levels.time, &levels.impulse, &step);
+    Ok(vec![step, ramp])
+}
+
+/// `J` and `Q` from `[J; G] = A^-1 ([G; H] - B)` and `[Q; J] = A^-1 ([J; G] - dt B)`.
+fn by_state(
+    system: &System,
+    inverse_mass: &DMatrix<f64>,
+    levels: &Levels,
+) -> Result<Vec<DMatrix<f64>>> {
+    let n = system.len();
+    let mut a = DMatrix::zeros(2 * n, 2 * n);
+    a.view_mut((0, n), (n, n)).fill_with_identity();
+    for (column, matrix) in [(0, &system.stiffness), (n, &system.damping)] {
+        let block = multiply(inverse_mass, &matrix.to_dense());
+        a.view_mut((n, column), (n, n)).copy_from(&-block);
+    }
+    let lu = Lu::new("state matrix A", &a, INTEGRAL_ADVICE)?;
+    let mut state = stack(&levels.impulse, &levels.rate);
+    let mut integrate = |constant: f64| {
+        let mut lower = state.rows_mut(n, n);
+        lower -= inverse_mass * constant;
+        lu.solve_in_place(&mut state);
+        state.rows(0, n).into_owned()
+    };
+    Ok(vec![integrate(1.0), integrate(levels.time)])
+}
