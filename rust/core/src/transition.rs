@@ -308,6 +308,25 @@ impl Transition {
         Ok(Self { system, series, levels })
     }
 
+    /// A transition computed before, as [`Transition::levels`] and [`Transition::series`] gave it.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] where a level does not fit the system, [`Error::NonFinite`],
+    /// [`Error::Invalid`] for the time or where `J` or `Q` is missing.
+    pub fn from_levels(system: System, series: Series, levels: Levels) -> Result<Self> {
+        positive("time step dt", levels.time, "s")?;
+        check("integrals", levels.integrals.len() as f64, "", "J and Q", |found| found == 2.0)?;
+        let expected = (system.len(), system.len());
+        for number in 0..4 {
+            let (name, level) = ("transition matrix", levels.level(number));
+            if level.shape() != expected {
+                return Err(Error::Shape { name, got: level.shape(), expected });
+            }
+            check_finite(name, level)?;
+        }
+        Ok(Self { system, series, levels })
+    }
+
     /// The system.
     #[must_use]
     pub fn system(&self) -> &System {

@@ -1,1 +1,32 @@
-//! x
+//! The Python extension `pavefem._core`: convert, check, detach, call, map the error.
+//!
+//! Each class holds one of the core's and each function calls one of the core's; there is no physics
+//! here. Arrays are copied in before the interpreter is let go.
+
+mod asphalt;
+mod beams;
+mod convert;
+mod pavement;
+mod vehicle;
+mod watch;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use crate::asphalt::{binder_stiffness, mix_modulus};
+    #[pymodule_export]
+    use crate::beams::{SimplySupportedBeam, WinklerBeam};
+    #[pymodule_export]
+    use crate::pavement::{Stepper, Strip, Transition};
+    #[pymodule_export]
+    use crate::vehicle::Vehicle;
+
+    #[pymodule_export]
+    const GRAVITY: f64 = pavefem_core::vehicle::GRAVITY;
+    #[pymodule_export]
+    const TIRE_PRINT: f64 = pavefem_core::asphalt::TIRE_PRINT;
+    #[pymodule_export]
+    const TRACK_SHARE: f64 = pavefem_core::pavement::load::TRACK_SHARE;
+}

@@ -93,11 +93,13 @@ impl NodalForces {
 ///
 /// Factor once, run many: it depends on no force and no position.
 #[derive(Debug)]
-pub struct Stepper<'a> {
-    strip: &'a Strip,
-    transition: &'a Transition,
+pub struct Stepper {
+    strip: Strip,
+    transition: Transition,
     weights: Weights,
     every: usize,
+    /// The first of the probes whose history is kept.
+    first_kept: usize,
     /// Where deflections are read: the nodes, then the stations.
     probes: Vec<Shares>,
     /// `H` and `G` after a block of steps.
@@ -117,15 +119,15 @@ struct Pulse {
     probes: DMatrix<f64>,
 }
 
-impl<'a> Stepper<'a> {
+impl Stepper {
     /// Carry the transition over a block of steps and read it at the nodes and stations.
     ///
     /// # Errors
     /// [`Error::Shape`] where the transition is not that of the strip, [`Error::Invalid`] for a
     /// station off the road.
     pub fn new(
-        strip: &'a Strip,
-        transition: &'a Transition,
+        strip: Strip,
+        transition: Transition,
         (weights, hold): (Weights, Hold),
         keep: &Keep,
     ) -> Result<Self> {
@@ -134,7 +136,9 @@ impl<'a> Stepper<'a> {
             let name = "transition matrix";
             return Err(Error::Shape { name, got: (size, size), expected: (n, n) });
         }
-        let probes = keep.probes(strip)?;
+        let probes = keep.probes(&strip)?;
+        let first_kept = if keep.nodes { 0 } else { strip.nodes().len() };
+        let every = keep.every;
         let phi = transition.phi();
         let first = transition.levels();
         let used = match hold {
@@ -153,7 +157,19 @@ impl<'a> Stepper<'a> {
         }
         let pulses = Pulse::all(&stages, hold, &probes);
         let block = stages.swap_remove(BLOCK - 1);
-        Ok(Self { strip, transition, weights, every: keep.every, probes, block, between, pulses })
+        Ok(Self { strip, transition, weights, every, first_kept, probes, block, between, pulses })
+    }
+
+    /// The road.
+    #[must_use]
+    pub fn strip(&self) -> &Strip {
+        &self.strip
+    }
+
+    /// The transition of one step.
+    #[must_use]
+    pub fn transition(&self) -> &Transition {
+        &self.transition
     }
 
     /// Deflection of the road under `loads`, from rest.
@@ -228,7 +244,7 @@ impl Pulse {
 }
 
 struct Run<'a, 'w> {
-    stepper: &'a Stepper<'a>,
+    stepper: &'a Stepper,
     loads: &'a Loads<'a>,
     instants: usize,
     watch: &'a mut Watch<'w>,
@@ -240,10 +256,11 @@ impl WithSimd for Run<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Result<Record> {
         let Self { stepper, loads, instants, watch } = self;
-        let Stepper { strip, transition, probes, every, .. } = stepper;
+        let Stepper { strip, transition, probes, every, first_kept, .. } = stepper;
         let nodes = strip.nodes().len();
         let mut extremes = Extremes::new(nodes);
-        let mut history = Vec::with_capacity(instants.div_ceil(*every) * (probes.len() - nodes));
+        let mut history =
+            Vec::with_capacity(instants.div_ceil(*every) * (probes.len() - first_kept));
         let mut state = State::new::<S>(stepper);
         let mut batch = Batch::new(stepper);
         let mut forces = Forces::default();
@@ -259,8 +276,8 @@ impl WithSimd for Run<'_, '_> {
             batch.finish(stepper);
             for (step, deflection) in (start..instants).zip(batch.instants(probes.len())) {
                 extremes.update(step, &deflection[..nodes]);
-                if step % every == 0 {
-                    history.extend_from_slice(&deflection[nodes..]);
+                if step.is_multiple_of(*every) {
+                    history.extend_from_slice(&deflection[*first_kept..]);
                 }
             }
             if !state.displacement().iter().sum::<f64>().is_finite() {
@@ -285,7 +302,7 @@ struct Batch {
 }
 
 impl Batch {
-    fn new(stepper: &Stepper<'_>) -> Self {
+    fn new(stepper: &Stepper) -> Self {
         let (rows, columns) = stepper.between.shape();
         Self {
             first: zeros(stepper.probes.len(), BATCH),
@@ -295,7 +312,7 @@ impl Batch {
     }
 
     #[inline(always)]
-    fn read(&mut self, column: usize, stepper: &Stepper<'_>, state: &State) {
+    fn read(&mut self, column: usize, stepper: &Stepper, state: &State) {
         let u = state.displacement();
         let rows = stepper.probes.len();
         let first = &mut self.first.as_mut_slice()[column * rows..(column + 1) * rows];
@@ -310,7 +327,7 @@ impl Batch {
         products[n..].copy_from_slice(&state.products[1][..n]);
     }
 
-    fn finish(&mut self, stepper: &Stepper<'_>) {
+    fn finish(&mut self, stepper: &Stepper) {
         multiply_add(&mut self.inner, 1.0, &stepper.between, &self.products);
     }
 
@@ -329,24 +346,18 @@ impl Batch {
 struct Forces([NodalForces; BLOCK + 1]);
 
 impl Forces {
-    fn set(&mut self, stepper: &Stepper<'_>, loads: &Loads<'_>, start: usize, instants: usize) {
+    fn set(&mut self, stepper: &Stepper, loads: &Loads<'_>, start: usize, instants: usize) {
         for (i, forces) in self.0.iter_mut().enumerate() {
             forces.0.clear();
             if start + i < instants {
-                forces.set(stepper.strip, loads, stepper.weights, start + i);
+                forces.set(&stepper.strip, loads, stepper.weights, start + i);
             }
         }
     }
 
     /// Add what they do to the probes within the block and to the state at its end.
     #[inline(always)]
-    fn act(
-        &self,
-        stepper: &Stepper<'_>,
-        inner: &mut DMatrix<f64>,
-        column: usize,
-        state: &mut State,
-    ) {
+    fn act(&self, stepper: &Stepper, inner: &mut DMatrix<f64>, column: usize, state: &mut State) {
         let rows = inner.nrows();
         let inner = &mut inner.as_mut_slice()[column * rows..(column + 1) * rows];
         for (end, pulse) in stepper.pulses.iter().enumerate() {
@@ -381,7 +392,7 @@ struct State {
 
 impl State {
     /// At rest.
-    fn new<S: Simd>(stepper: &Stepper<'_>) -> Self {
+    fn new<S: Simd>(stepper: &Stepper) -> Self {
         let system = stepper.transition.system();
         let blocks = Blocks::new::<S>(&stepper.block.impulse, &stepper.block.rate);
         let bands = Bands::new(system, blocks.rows);

@@ -4,10 +4,12 @@ use crate::error::{Error, Result, check};
 use crate::pavement::Weights;
 use crate::pavement::strip::{Shares, Strip};
 
-/// What to keep.
+/// What to keep besides the envelope.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Keep {
-    /// Places whose deflection history is kept, m; none for the envelope alone.
+    /// Whether the deflection history of every node is kept.
+    pub nodes: bool,
+    /// Further places whose deflection history is kept, m.
     pub stations: Vec<f64>,
     /// Keep every n-th instant of the histories, the first included. The envelope sees them all.
     pub every: usize,
@@ -27,7 +29,8 @@ pub struct Envelope {
 /// What was kept.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
-    /// Deflection, m, up positive: a row for each kept instant, a column for each station.
+    /// Deflection, m, up positive: a row for each kept instant, a column for each kept node and then
+    /// for each station.
     pub history: Vec<f64>,
     /// Extremes at every node of the road, the held ones included.
     pub envelope: Envelope,

@@ -1,0 +1,66 @@
+"""What heavy vehicles on rough roads do to pavements.
+
+A vehicle model rolls over a measured profile; its tire forces load a finite-element pavement, an
+asphalt beam on damped bars whose stiffness follows from temperature, voids and loading time; the
+pavement answers with deflections.
+
+All quantities are SI unless a name ends in a unit, as `speed_kmh` and `temperature_c` do.
+Deflections are up positive: a loaded pavement reads negative.
+
+Examples
+--------
+>>> import pavefem as pf
+>>> road = pf.Road(pf.Pavement.paper(), length=25.0)
+>>> truck = pf.vehicles.tandem_truck(axle_spacing=1.3)
+>>> result = pf.simulate(road, truck, speed_kmh=65.0, temperature_c=20.0)
+>>> print(f"{result.max_deflection * 1e3:.3f} mm")
+0.661 mm
+"""
+
+from importlib.metadata import version
+
+from pavefem import analytical, vehicles
+from pavefem.asphalt import Asphalt
+from pavefem.errors import FormatError, PavefemError, SolverError, ValidityWarning
+from pavefem.forces import LiftOff, TireForces, tire_forces
+from pavefem.formats import read_profile
+from pavefem.pavement import Pavement
+from pavefem.profile import Profile
+from pavefem.result import Result, load_result
+from pavefem.road import Road, Section
+from pavefem.scenario import Scenario
+from pavefem.scheme import Scheme
+from pavefem.simulate import run, simulate
+from pavefem.transition import transition
+from pavefem.vehicle import Body, Spring, Tire, Vehicle
+
+__version__ = version("pavefem")
+
+__all__ = [
+    "Asphalt",
+    "Body",
+    "FormatError",
+    "LiftOff",
+    "PavefemError",
+    "Pavement",
+    "Profile",
+    "Result",
+    "Road",
+    "Scenario",
+    "Scheme",
+    "Section",
+    "SolverError",
+    "Spring",
+    "Tire",
+    "TireForces",
+    "ValidityWarning",
+    "Vehicle",
+    "analytical",
+    "load_result",
+    "read_profile",
+    "run",
+    "simulate",
+    "tire_forces",
+    "transition",
+    "vehicles",
+]

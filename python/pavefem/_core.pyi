@@ -1,0 +1,147 @@
+"""The compiled core. Arrays are float64; see the modules that call it for units and errors."""
+
+from collections.abc import Callable
+from typing import Final, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "GRAVITY",
+    "TIRE_PRINT",
+    "TRACK_SHARE",
+    "SimplySupportedBeam",
+    "Stepper",
+    "Strip",
+    "Transition",
+    "Vehicle",
+    "WinklerBeam",
+    "binder_stiffness",
+    "mix_modulus",
+]
+
+GRAVITY: Final[float]
+TIRE_PRINT: Final[float]
+TRACK_SHARE: Final[float]
+
+_Array = NDArray[np.float64]
+_Progress = Callable[[int, int], object]
+
+def binder_stiffness(
+    loading_time: _Array,
+    temperature_c: _Array,
+    softening_point_c: _Array,
+    penetration_index: _Array,
+) -> _Array: ...
+def mix_modulus(binder_stiffness: _Array, vma: _Array) -> _Array: ...
+
+@final
+class Strip:
+    def __new__(
+        cls, sections: _Array, element_length: float, foundation: str, ends: str
+    ) -> Strip: ...
+    @property
+    def nodes(self) -> _Array: ...
+    @property
+    def mass(self) -> _Array: ...
+    @property
+    def damping(self) -> _Array: ...
+    @property
+    def stiffness(self) -> _Array: ...
+
+@final
+class Transition:
+    def __new__(
+        cls, mass: _Array, damping: _Array, stiffness: _Array, dt: float, form: str
+    ) -> Transition: ...
+    @staticmethod
+    def of_strip(strip: Strip, dt: float) -> Transition: ...
+    @staticmethod
+    def from_rows(
+        strip: Strip, dt: float, series: tuple[float, int, int], levels: _Array
+    ) -> Transition: ...
+    def to_rows(self) -> _Array: ...
+    @property
+    def phi(self) -> _Array: ...
+    @property
+    def gamma(self) -> _Array: ...
+    @property
+    def ramp(self) -> _Array: ...
+    @property
+    def dt(self) -> float: ...
+    @property
+    def norm(self) -> float: ...
+    @property
+    def terms(self) -> int: ...
+    @property
+    def squarings(self) -> int: ...
+
+@final
+class Stepper:
+    def __new__(
+        cls,
+        strip: Strip,
+        transition: Transition,
+        weights: str,
+        hold: str,
+        nodes: bool,
+        stations: _Array,
+        every: int,
+    ) -> Stepper: ...
+    def run(
+        self, positions: _Array, forces: _Array, progress: _Progress | None = None
+    ) -> tuple[_Array, _Array, _Array, NDArray[np.uint64]]: ...
+
+@final
+class Vehicle:
+    def __new__(cls, bodies: _Array, springs: _Array, tires: _Array) -> Vehicle: ...
+    @property
+    def mass(self) -> _Array: ...
+    @property
+    def damping(self) -> _Array: ...
+    @property
+    def stiffness(self) -> _Array: ...
+    @property
+    def static_loads(self) -> _Array: ...
+    def tire_forces(
+        self,
+        x: _Array,
+        z: _Array,
+        interpolation: str,
+        speed: float,
+        dt: float,
+        start: float,
+        skip: int,
+        steps: int,
+        progress: _Progress | None = None,
+    ) -> _Array: ...
+
+@final
+class WinklerBeam:
+    def __new__(
+        cls,
+        *,
+        bending_stiffness: float,
+        bending_damping: float,
+        mass: float,
+        damping: float,
+        stiffness: float,
+    ) -> WinklerBeam: ...
+    @property
+    def decay(self) -> float: ...
+    @property
+    def critical_speed(self) -> float: ...
+    def static_deflection(self, force: float, x: _Array) -> _Array: ...
+    def static_moment(self, force: float) -> float: ...
+    def moving_deflection(self, force: float, speed: float, xi: _Array) -> _Array: ...
+    def moving_peak(self, force: float, speed: float) -> tuple[float, float]: ...
+
+@final
+class SimplySupportedBeam:
+    def __new__(
+        cls, *, length: float, bending_stiffness: float, mass: float
+    ) -> SimplySupportedBeam: ...
+    def static_deflection(self, force: float) -> float: ...
+    def moving_deflection(
+        self, force: float, speed: float, x: float, time: _Array, modes: int
+    ) -> _Array: ...

@@ -1,0 +1,192 @@
+"""Tire forces of a vehicle that runs over a profile."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from pavefem.asphalt import kmh
+from pavefem.profile import Profile
+from pavefem.vehicle import Vehicle
+
+Interpolation = Literal["linear", "staircase"]
+Progress = Callable[[int, int], object]
+
+
+@dataclass(frozen=True)
+class TireForces:
+    """Tire forces of each axle over time.
+
+    Attributes
+    ----------
+    time : ndarray, shape (times,)
+        Time, s.
+    position : ndarray, shape (times, axles)
+        Place of each axle, m: a station of the profile, or x on the road in a simulation.
+    force : ndarray, shape (times, axles)
+        Force on the road, N, of both wheel tracks together; positive presses on it.
+    static_loads : ndarray, shape (axles,)
+        Static axle loads, N.
+    lift_off : tuple of LiftOff
+        Axles whose linear tires would have pulled at the road, with count and place.
+    """
+
+    time: NDArray[np.float64]
+    position: NDArray[np.float64]
+    force: NDArray[np.float64]
+    static_loads: NDArray[np.float64]
+    lift_off: tuple[LiftOff, ...] = ()
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """The same as an `xarray.Dataset`, with units."""
+        return xr.Dataset(
+            {
+                "tire_force": (
+                    ("time", "axle"),
+                    self.force,
+                    {"units": "N", "long_name": "tire force of an axle"},
+                ),
+                "axle_position": (
+                    ("time", "axle"),
+                    self.position,
+                    {"units": "m", "long_name": "place of an axle"},
+                ),
+                "static_load": (
+                    ("axle",),
+                    self.static_loads,
+                    {"units": "N", "long_name": "static axle load"},
+                ),
+            },
+            coords={
+                "time": ("time", self.time, {"units": "s"}),
+                "axle": ("axle", np.arange(1, self.static_loads.size + 1)),
+            },
+        )
+
+
+@dataclass(frozen=True)
+class LiftOff:
+    """Where one axle's tires left the road."""
+
+    axle: int
+    """Number of the axle, from 1."""
+    instants: int
+    """Instants at which its force was below zero."""
+    position: float
+    """Place of the first of them, m."""
+
+
+def tire_forces(
+    vehicle: Vehicle,
+    profile: Profile | None = None,
+    speed_kmh: float = 65.0,
+    *,
+    dt: float = 1e-3,
+    run_in: float = 0.0,
+    distance: float | None = None,
+    interpolation: Interpolation = "linear",
+    lift_off: bool = False,
+    progress: Progress | None = None,
+) -> TireForces:
+    """Run a vehicle over a profile at constant speed.
+
+    The vehicle starts at rest with its front axle on the first sample; beyond both ends the profile
+    goes on level. ``F = F_static + k (z_p - z) + c (dz_p/dt - dz/dt)``.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle.
+    profile : Profile, optional
+        Elevations; None is a smooth road, which leaves the static forces.
+    speed_kmh : float
+        Speed, km/h.
+    dt : float
+        Time step, s.
+    run_in : float
+        Distance from the first sample, m, over which the vehicle settles before time zero.
+    distance : float, optional
+        How far the front axle goes after that, m; by default to the end of the profile.
+    interpolation : {"linear", "staircase"}
+        Straight lines between samples, or the elevation of a sample up to the next one.
+    lift_off : bool
+        Clip forces at zero where a linear tire would pull at the road. (The vehicle's motion stays
+        that of linear tires.)
+    progress : callable, optional
+        Called now and then with the steps done and the steps in all.
+
+    Returns
+    -------
+    TireForces
+
+    Raises
+    ------
+    ValueError
+        If the profile is shorter than the vehicle or than `run_in`, or a number is out of range.
+    """
+    speed = float(kmh(speed_kmh))
+    if not (math.isfinite(dt) and dt > 0.0):
+        raise ValueError(f"dt = {dt:g} s: must be finite and above 0")
+    if not (math.isfinite(run_in) and run_in >= 0.0):
+        raise ValueError(f"run_in = {run_in:g} m: must be finite and not below 0")
+    if profile is None:
+        if distance is None:
+            raise ValueError("a smooth road has no end: give the distance to run")
+        first = 0.0
+    else:
+        first = float(profile.x[0])
+        if profile.length < vehicle.length:
+            raise ValueError(
+                f"profile {profile.name!r} is {profile.length:g} m long, shorter than the "
+                f"{vehicle.name}, {vehicle.length:g} m from the first to the last axle"
+            )
+        if not run_in < profile.length:
+            raise ValueError(
+                f"run_in = {run_in:g} m: must be below the length of the profile, "
+                f"{profile.length:g} m"
+            )
+    start = first + run_in
+    if distance is None and profile is not None:
+        distance = float(profile.x[-1]) - start
+    if distance is None or not (math.isfinite(distance) and distance > 0.0):
+        raise ValueError(f"distance = {distance} m: must be finite and above 0")
+    # A distance that is a whole number of steps but for rounding takes just those.
+    steps = math.floor(distance / (speed * dt) + 1e-9)
+    if not 1 <= steps <= 100_000_000:
+        raise ValueError(
+            f"{distance:g} m at {speed_kmh:g} km/h take {steps} steps of {dt:g} s: "
+            "must be 1 to 100 million"
+        )
+    time = dt * np.arange(steps + 1, dtype=np.float64)
+    position = start + speed * time[:, np.newaxis] - vehicle.axle_positions
+    static = vehicle.static_loads
+    if profile is None:
+        return TireForces(time, position, np.tile(static, (steps + 1, 1)), static)
+    skip = math.ceil(run_in / (speed * dt) - 1e-9)
+    force = vehicle.core.tire_forces(
+        profile.x,
+        profile.z,
+        interpolation,
+        speed,
+        dt,
+        start - skip * speed * dt,
+        skip,
+        steps,
+        progress,
+    )
+    lifted = tuple(
+        LiftOff(axle + 1, int(below.sum()), float(position[below.argmax(), axle]))
+        for axle, below in enumerate((force < 0.0).T)
+        if below.any()
+    )
+    if lift_off:
+        np.maximum(force, 0.0, out=force)
+    return TireForces(time, position, force, static, lifted)

@@ -1,0 +1,174 @@
+"""Figures for a report: deflections in mm, forces in kN, places in m."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+if TYPE_CHECKING:
+    from pavefem.profile import Profile
+    from pavefem.result import Result
+
+MM: Final = 1e3
+KN: Final = 1e-3
+AXLE_COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
+
+
+def plot_result(result: Result, x: float | None = None) -> Figure:
+    """Draw a run: history at `x`, worst instant, envelope, tire forces along the road.
+
+    Parameters
+    ----------
+    result : Result
+        The run; panels whose history it did not keep are left out.
+    x : float, optional
+        Place of the history, m; by default the node or station nearest to mid-length.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Made without touching the current figure; ``figure.savefig(path)`` writes it.
+    """
+    panels = [draw_envelope]
+    if result.deflection is not None:
+        places = result.x if result.stations is None else result.stations
+        middle = places[np.abs(places - result.scenario.road.length / 2.0).argmin()]
+        place = float(middle if x is None else x)
+        panels.insert(0, lambda axes, result: draw_history(axes, result, place))
+        if result.stations is None and result.forces is not None:
+            panels.insert(1, draw_worst_instant)
+    if result.forces is not None:
+        panels.append(draw_forces)
+    columns = 1 if len(panels) == 1 else 2
+    rows = -(-len(panels) // columns)
+    figure = plt.figure(figsize=(6.0 * columns, 3.4 * rows + 0.5), layout="constrained")
+    for number, panel in enumerate(panels, start=1):
+        panel(figure.add_subplot(rows, columns, number), result)
+    scenario = result.scenario
+    profile = "smooth road" if scenario.profile is None else scenario.profile.name
+    figure.suptitle(
+        f"{scenario.vehicle.name}, {scenario.speed_kmh:g} km/h, "
+        f"{scenario.temperature_c:g} °C, {profile}"
+    )
+    plt.close(figure)  # the caller shows or saves it; pyplot need not keep it
+    return figure
+
+
+def draw_history(axes: Axes, result: Result, x: float) -> None:
+    """Draw the deflection at `x` over time, marking when each axle passes."""
+    history = result.history(x)
+    axes.plot(result.time, history.to_numpy() * MM, color="black", linewidth=1.2)
+    if result.forces is not None:
+        for axle, position in enumerate(result.forces.position.T):
+            if position[0] <= x <= position[-1]:
+                axes.axvline(
+                    np.interp(x, position, result.forces.time),
+                    color=_colour(axle),
+                    linewidth=0.9,
+                    linestyle="--",
+                    label=f"axle {axle + 1} passes",
+                )
+        axes.legend(fontsize="small")
+    axes.set(title=f"Deflection at x = {x:g} m", xlabel="time [s]", ylabel="deflection [mm]")
+    axes.grid(alpha=0.3)
+
+
+def draw_worst_instant(axes: Axes, result: Result) -> None:
+    """Draw the deflected shape when the deflection is largest, with the axles on the road."""
+    deflection, forces = result.deflection, result.forces
+    if deflection is None or forces is None:
+        raise ValueError("the deflected shape needs the histories of all nodes and the forces")
+    instant = int(np.abs(result.time - result.time_of_lowest[result.lowest.argmin()]).argmin())
+    axes.plot(result.x, deflection[instant] * MM, color="black", marker=".", linewidth=1.2)
+    top = axes.get_ylim()[1]
+    for axle, (place, force) in enumerate(
+        zip(forces.position[instant], forces.force[instant], strict=True)
+    ):
+        if result.x[0] <= place <= result.x[-1]:
+            axes.annotate(
+                f"{force * KN:.0f} kN",
+                (place, np.interp(place, result.x, deflection[instant]) * MM),
+                (place, top),
+                ha="center",
+                va="bottom",
+                rotation=90,
+                fontsize="small",
+                color=_colour(axle),
+                arrowprops={"arrowstyle": "->", "color": _colour(axle)},
+            )
+    axes.set(xlabel="x [m]", ylabel="deflection [mm]")
+    axes.set_title(f"Deflected shape at t = {result.time[instant]:.3f} s", pad=30)
+    axes.grid(alpha=0.3)
+
+
+def draw_envelope(axes: Axes, result: Result) -> None:
+    """Draw the extremes of every node, and the largest deflection."""
+    worst = int(result.lowest.argmin())
+    axes.fill_between(
+        result.x, result.lowest * MM, result.highest * MM, alpha=0.25, color="#0072b2"
+    )
+    axes.plot(result.x, result.lowest * MM, color="#0072b2", label="lowest")
+    axes.plot(result.x, result.highest * MM, color="#d55e00", label="highest")
+    axes.plot(
+        result.x[worst],
+        result.lowest[worst] * MM,
+        "v",
+        color="black",
+        label=f"largest deflection {result.max_deflection * MM:.3f} mm",
+    )
+    axes.set(title="Envelope of the deflection", xlabel="x [m]", ylabel="deflection [mm]")
+    axes.legend(fontsize="small")
+    axes.grid(alpha=0.3)
+
+
+def draw_forces(axes: Axes, result: Result) -> None:
+    """Draw the tire force of each axle along the road, and its static load."""
+    forces = result.forces
+    if forces is None:
+        raise ValueError("the tire forces were not kept")
+    for axle, static in enumerate(forces.static_loads):
+        place = forces.position[:, axle]
+        on_road = (place >= result.x[0]) & (place <= result.x[-1])
+        axes.plot(
+            place[on_road],
+            forces.force[on_road, axle] * KN,
+            color=_colour(axle),
+            linewidth=1.0,
+            label=f"axle {axle + 1}",
+        )
+        axes.axhline(static * KN, color=_colour(axle), linewidth=0.7, linestyle=":")
+    axes.set(title="Tire forces (dotted: static)", xlabel="x [m]", ylabel="axle force [kN]")
+    axes.legend(fontsize="small", ncols=min(6, forces.static_loads.size), loc="upper center")
+    axes.set_ylim(top=axes.get_ylim()[1] + 0.12 * np.ptp(axes.get_ylim()))
+    axes.grid(alpha=0.3)
+
+
+def plot_profile(profile: Profile, road: tuple[float, float] | None = None) -> Figure:
+    """Draw a profile.
+
+    Parameters
+    ----------
+    profile : Profile
+        The profile.
+    road : (float, float), optional
+        Stations between which the pavement lies, m, to be shaded.
+    """
+    figure = plt.figure(figsize=(9.0, 3.0), layout="constrained")
+    axes = figure.add_subplot()
+    axes.plot(profile.x, profile.z * MM, color="black", linewidth=0.9)
+    if road is not None:
+        axes.axvspan(*road, color="#0072b2", alpha=0.15, label="pavement")
+        axes.legend(fontsize="small")
+    title = profile.name or "road profile"
+    axes.set(title=title, xlabel="station [m]", ylabel="elevation [mm]")
+    axes.grid(alpha=0.3)
+    plt.close(figure)
+    return figure
+
+
+def _colour(axle: int) -> str:
+    return AXLE_COLOURS[axle % len(AXLE_COLOURS)]

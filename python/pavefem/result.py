@@ -1,0 +1,262 @@
+"""What a run answers: deflections, their envelope, tire forces, and the inputs they belong to."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from pavefem.errors import FormatError
+from pavefem.forces import LiftOff, TireForces
+from pavefem.profile import Profile
+from pavefem.scenario import Scenario
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The answer of a road to one vehicle.
+
+    Deflections are up positive, as in the paper's Fig. 7: a loaded pavement reads negative.
+
+    Attributes
+    ----------
+    scenario : Scenario
+        The inputs.
+    x : ndarray, shape (nodes,)
+        Places of the nodes, m, both ends of the road included.
+    lowest, highest : ndarray, shape (nodes,)
+        Envelope: extremes of the deflection of every node over the whole run, m.
+    time_of_lowest : ndarray, shape (nodes,)
+        When each node was lowest, s.
+    time : ndarray, shape (times,)
+        Instants of the histories, s.
+    deflection : ndarray, shape (times, nodes) or (times, stations), or None
+        Deflection histories, m, if kept.
+    stations : ndarray, or None
+        Places of the histories, m, where they are not the nodes.
+    forces : TireForces, or None
+        Tire forces and axle places on the road, if kept.
+    """
+
+    scenario: Scenario
+    x: NDArray[np.float64]
+    lowest: NDArray[np.float64]
+    highest: NDArray[np.float64]
+    time_of_lowest: NDArray[np.float64]
+    time: NDArray[np.float64]
+    deflection: NDArray[np.float64] | None = None
+    stations: NDArray[np.float64] | None = None
+    forces: TireForces | None = None
+
+    @property
+    def max_deflection(self) -> float:
+        """Magnitude of the lowest deflection of any node at any time, m."""
+        return max(0.0, -float(self.lowest.min()))
+
+    @property
+    def tire_forces(self) -> xr.DataArray:
+        """Tire force (time, axle), N."""
+        if self.forces is None:
+            raise ValueError('tire forces were not kept: run with keep=["tire_force", ...]')
+        return self.dataset["tire_force"]
+
+    @property
+    def envelope(self) -> xr.Dataset:
+        """Lowest and highest deflection of every node, m, and when it was lowest, s."""
+        return self.dataset[["lowest", "highest", "time_of_lowest"]]
+
+    def history(self, x: float) -> xr.DataArray:
+        """Deflection over time at a node or station, m.
+
+        Raises
+        ------
+        ValueError
+            If no history was kept at that place; the message names the nearest one.
+        """
+        if self.deflection is None:
+            raise ValueError('no history was kept: run with keep=["deflection"] or stations=[...]')
+        places = self.x if self.stations is None else self.stations
+        nearest = int(np.abs(places - x).argmin())
+        if abs(places[nearest] - x) > 1e-9 * max(1.0, abs(x)):
+            raise ValueError(
+                f"no history was kept at x = {x:g} m, the nearest is at {places[nearest]:g} m: "
+                f"run with stations=[{x:g}]"
+            )
+        return self.dataset["deflection"][:, nearest]
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """All of it as an `xarray.Dataset`, with units, and every input in the attributes."""
+        metres = {"units": "m"}
+        place = "x" if self.stations is None else "station"
+        dataset = xr.Dataset(
+            {
+                "lowest": ("x", self.lowest, metres | {"long_name": "lowest deflection"}),
+                "highest": ("x", self.highest, metres | {"long_name": "highest deflection"}),
+                "time_of_lowest": (
+                    "x",
+                    self.time_of_lowest,
+                    {"units": "s", "long_name": "time of the lowest deflection"},
+                ),
+            },
+            coords={"x": ("x", self.x, metres | {"long_name": "place along the road"})},
+            attrs=self._attributes(),
+        )
+        if self.deflection is not None:
+            dataset = dataset.assign_coords(time=("time", self.time, {"units": "s"}))
+            if self.stations is not None:
+                dataset = dataset.assign_coords(station=("station", self.stations, metres))
+            attributes = metres | {"long_name": "deflection", "positive": "up"}
+            dataset["deflection"] = (("time", place), self.deflection, attributes)
+        if self.forces is not None:
+            dataset = dataset.merge(self.forces.dataset)
+        profile = self.scenario.profile
+        if profile is not None:
+            dataset = dataset.assign_coords(
+                profile_station=("profile_station", profile.x, metres)
+            ).assign(
+                profile_elevation=(
+                    "profile_station",
+                    profile.z,
+                    metres | {"long_name": "profile elevation", "name": profile.name},
+                )
+            )
+        return dataset
+
+    def _attributes(self) -> dict[str, Any]:
+        scenario = self.scenario
+        lifted = () if self.forces is None else self.forces.lift_off
+        return {
+            "title": "Pavement response to a vehicle",
+            "pavefem_version": version("pavefem"),
+            "vehicle_name": scenario.vehicle.name,
+            "speed_kmh": scenario.speed_kmh,
+            "temperature_c": scenario.temperature_c,
+            "road_length": scenario.road.length,
+            "max_deflection": self.max_deflection,
+            "lift_off": json.dumps([[lift.axle, lift.instants, lift.position] for lift in lifted]),
+            "scenario": scenario.model_dump_json(),
+        }
+
+    def summary(self) -> dict[str, str]:
+        """Return the figures an engineer looks at first, as text with units, by what they are."""
+        scenario, mm = self.scenario, 1e3
+        worst = int(self.lowest.argmin())
+        middle = int(np.abs(self.x - scenario.road.length / 2.0).argmin())
+        figures = {
+            "vehicle": f"{scenario.vehicle.name}, {scenario.vehicle.total_mass / 1e3:.1f} t",
+            "speed": f"{scenario.speed_kmh:g} km/h",
+            "temperature": f"{scenario.temperature_c:g} °C",
+            "road": f"{scenario.road.length:g} m",
+            "profile": "smooth" if scenario.profile is None else scenario.profile.name,
+            "largest deflection": (
+                f"{self.max_deflection * mm:.4f} mm at x = {self.x[worst]:g} m, "
+                f"t = {self.time_of_lowest[worst]:.3f} s"
+            ),
+            "largest deflection at mid-length": (
+                f"{-self.lowest[middle] * mm:.4f} mm at x = {self.x[middle]:g} m"
+            ),
+            "largest rebound": f"{self.highest.max() * mm:.4f} mm",
+        }
+        if self.forces is not None:
+            forces = self.forces
+            for axle, static in enumerate(forces.static_loads):
+                force = forces.force[:, axle] / 1e3
+                figures[f"axle {axle + 1}"] = (
+                    f"static {static / 1e3:.2f} kN, {force.min():.2f} to {force.max():.2f} kN"
+                )
+            for lift in forces.lift_off:
+                figures[f"axle {lift.axle} lifts off"] = (
+                    f"at {lift.instants} instants, first at x = {lift.position:.2f} m"
+                )
+        return figures
+
+    def plot(self, x: float | None = None) -> Figure:
+        """Draw the deflection at `x` (mid-length), the worst instant, the envelope, the forces."""
+        from pavefem import plotting
+
+        return plotting.plot_result(self, x)
+
+    def to_netcdf(self, path: str | os.PathLike[str]) -> None:
+        """Write a netCDF file that `load_result` reads back; an old file is replaced as a whole.
+
+        Raises
+        ------
+        OSError
+            If the folder does not exist or cannot be written. The result itself is not touched.
+        """
+        target = Path(path)
+        handle, temporary = tempfile.mkstemp(
+            dir=target.parent, prefix=f".{target.name}.", suffix=".part"
+        )
+        os.close(handle)
+        try:
+            self.dataset.to_netcdf(temporary, engine="h5netcdf")
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, target)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+
+
+def load_result(path: str | os.PathLike[str]) -> Result:
+    """Read a result that `Result.to_netcdf` wrote.
+
+    Raises
+    ------
+    FormatError
+        If the file is not netCDF or not a pavefem result.
+    FileNotFoundError
+        If there is no such file.
+    """
+    if not Path(path).is_file():
+        raise FileNotFoundError(f"no such file: {os.fspath(path)}")
+    try:
+        dataset = xr.load_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError) as error:
+        raise FormatError(f"not a netCDF file: {error}", path=path) from None
+    try:
+        return _from_dataset(dataset)
+    except (KeyError, ValueError) as error:
+        raise FormatError(f"not a pavefem result: {error}", path=path) from None
+
+
+def _from_dataset(dataset: xr.Dataset) -> Result:
+    inputs = json.loads(dataset.attrs["scenario"])
+    if "profile_elevation" in dataset:
+        elevation = dataset["profile_elevation"]
+        inputs["profile"] = Profile(
+            dataset["profile_station"].to_numpy(), elevation.to_numpy(), elevation.attrs["name"]
+        )
+    forces = None
+    if "tire_force" in dataset:
+        forces = TireForces(
+            time=dataset["time"].to_numpy(),
+            position=dataset["axle_position"].to_numpy(),
+            force=dataset["tire_force"].to_numpy(),
+            static_loads=dataset["static_load"].to_numpy(),
+            lift_off=tuple(LiftOff(*lift) for lift in json.loads(dataset.attrs["lift_off"])),
+        )
+    return Result(
+        scenario=Scenario.model_validate(inputs),
+        x=dataset["x"].to_numpy(),
+        lowest=dataset["lowest"].to_numpy(),
+        highest=dataset["highest"].to_numpy(),
+        time_of_lowest=dataset["time_of_lowest"].to_numpy(),
+        time=dataset["time"].to_numpy() if "time" in dataset else np.empty(0),
+        deflection=dataset["deflection"].to_numpy() if "deflection" in dataset else None,
+        stations=dataset["station"].to_numpy() if "station" in dataset else None,
+        forces=forces,
+    )

@@ -1,0 +1,164 @@
+"""A road: sections of pavement, laid end to end from x = 0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from pavefem import _core
+from pavefem._model import Model, Positive
+from pavefem.asphalt import Asphalt
+from pavefem.pavement import Pavement
+
+Foundation = Literal["bars", "winkler"]
+
+
+class Section(Model):
+    """A length of road of one structure."""
+
+    pavement: Pavement
+    """Its structure."""
+    length: Positive
+    """Its length, m."""
+
+
+class Road(Model):
+    """Sections of pavement from x = 0, and how the two ends are held.
+
+    Parameters
+    ----------
+    pavement : Pavement, optional
+        The structure of a road of one section.
+    length : float, optional
+        Its length, m; 25 m by default, as in the paper.
+    sections : sequence of (Pavement, float), optional
+        Structures and lengths (m), in place of `pavement` and `length`.
+    ends : {"clamped", "pinned", "free"}
+        How both ends are held.
+
+    Examples
+    --------
+    >>> Road(Pavement.paper(), length=25.0).length
+    25.0
+    """
+
+    sections: Annotated[tuple[Section, ...], Field(min_length=1)]
+    """Sections in the order of travel."""
+    ends: Literal["clamped", "pinned", "free"] = "clamped"
+    """How both ends are held: no displacement nor slope, no displacement, or not at all."""
+
+    def __init__(
+        self,
+        pavement: Pavement | None = None,
+        length: float | None = None,
+        *,
+        sections: Sequence[tuple[Pavement, float] | Section | dict[str, Any]] | None = None,
+        **fields: Any,
+    ) -> None:
+        if sections is not None:
+            fields["sections"] = sections
+        if pavement is not None:
+            fields["pavement"] = pavement
+        if length is not None:
+            fields["length"] = length
+        super().__init__(**fields)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_section(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        data = dict(data)
+        single = {key: data.pop(key) for key in ("pavement", "length") if key in data}
+        if "sections" not in data:
+            data["sections"] = [{"pavement": Pavement.paper(), "length": 25.0} | single]
+        elif single:
+            raise ValueError(f"give either sections or {' and '.join(single)}, not both")
+        else:
+            data["sections"] = [
+                {"pavement": item[0], "length": item[1]}
+                if isinstance(item, (tuple, list)) and len(item) == 2
+                else item
+                for item in data["sections"]
+            ]
+        return data
+
+    @property
+    def length(self) -> float:
+        """Length of the road, m."""
+        return sum(section.length for section in self.sections)
+
+    @classmethod
+    def paper(cls) -> Self:
+        """Build the paper's road: 25 m of the pavement of Table I, both ends clamped."""
+        return cls(Pavement.paper(), length=25.0)
+
+    def with_asphalt(self, **changes: float) -> Self:
+        """Build the same road with some fields of the asphalt of every section changed."""
+        sections = [
+            Section(
+                pavement=Pavement(
+                    **dict(section.pavement)
+                    | {"asphalt": Asphalt(**dict(section.pavement.asphalt) | changes)}
+                ),
+                length=section.length,
+            )
+            for section in self.sections
+        ]
+        return type(self)(sections=sections, ends=self.ends)
+
+    def table(self, temperature_c: float, speed_kmh: float) -> NDArray[np.float64]:
+        """Constants of the sections.
+
+        Parameters
+        ----------
+        temperature_c, speed_kmh : float
+            Asphalt temperature, °C, and vehicle speed, km/h, which make the modulus.
+
+        Returns
+        -------
+        ndarray, shape (sections, 7)
+            Length, m, then the fields of `pavefem.pavement.Constants`.
+        """
+        rows = [
+            (section.length, *section.pavement.constants(temperature_c, speed_kmh))
+            for section in self.sections
+        ]
+        return np.array(rows)
+
+    def strip(
+        self,
+        temperature_c: float,
+        speed_kmh: float,
+        *,
+        element_length: float = 0.5,
+        foundation: Foundation = "bars",
+    ) -> _core.Strip:
+        """Mesh the road and assemble M, C, K (eqs. 1-6).
+
+        Parameters
+        ----------
+        temperature_c, speed_kmh : float
+            Asphalt temperature, °C, and vehicle speed, km/h.
+        element_length : float
+            Longest element, m; each section takes a whole number of equal elements.
+        foundation : {"bars", "winkler"}
+            A bar under every node, or a continuous bed with consistent matrices.
+
+        Returns
+        -------
+        Strip
+            With ``nodes`` (m, both ends included) and the dense matrices ``mass``, ``damping`` and
+            ``stiffness`` of the unknowns (w, theta) that the ends do not hold.
+
+        Raises
+        ------
+        ValueError
+            If a section is shorter than an element.
+        """
+        sections = self.table(temperature_c, speed_kmh)
+        return _core.Strip(sections, element_length, foundation, self.ends)

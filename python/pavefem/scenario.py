@@ -1,0 +1,186 @@
+"""Everything one run depends on, from Python or from a TOML file."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import tomllib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, Final, Self
+
+from pydantic import (
+    ConfigDict,
+    ValidationError,
+    ValidationInfo,
+    field_serializer,
+    field_validator,
+    model_validator,
+)
+
+from pavefem import vehicles
+from pavefem._model import Model, NotNegative, Positive
+from pavefem.errors import FormatError
+from pavefem.forces import Interpolation
+from pavefem.formats import read_profile
+from pavefem.profile import Profile
+from pavefem.road import Road
+from pavefem.scheme import Scheme
+from pavefem.vehicle import Vehicle
+
+PRESETS: Final[Mapping[str, Callable[..., Vehicle]]] = {"tandem_truck": vehicles.tandem_truck}
+"""Vehicles that a scenario file can name."""
+
+GENERATORS: Final[Mapping[str, Callable[..., Profile]]] = {
+    "smooth": Profile.smooth,
+    "iso8608": Profile.iso8608,
+}
+"""Profiles that a scenario file can have made."""
+
+
+class Scenario(Model):
+    """One vehicle on one road over one profile: all inputs of a run, checked together.
+
+    In a TOML file every field is a key, `road`, `vehicle`, `profile` and `scheme` are tables, and
+    what is left out has the default given here::
+
+        speed_kmh = 65.0
+        temperature_c = 20.0
+        run_in = 50.0
+
+        [road]
+        length = 25.0
+        [road.pavement.asphalt]
+        vma = 25.0
+
+        [vehicle]
+        preset = "tandem_truck"     # or bodies, springs and tires
+        axle_spacing = 1.3
+
+        [profile]
+        file = "site.csv"           # or make = "iso8608", road_class = "B", length = 100.0, ...
+
+        [scheme]
+        preset = "paper"            # or "converged"; further keys change it
+        dt = 1e-3
+    """
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+
+    road: Road = Road.paper()
+    """The road and its pavement."""
+    vehicle: Vehicle = vehicles.tandem_truck()
+    """The vehicle."""
+    profile: Profile | None = None
+    """Its profile; None is a smooth road, which leaves constant static forces."""
+    speed_kmh: Positive = 65.0
+    """Speed, km/h."""
+    temperature_c: float = 20.0
+    """Asphalt temperature, °C."""
+    scheme: Scheme = Scheme.paper()
+    """Discretisation in space and time."""
+    run_in: NotNegative = 0.0
+    """Distance from the profile's first sample to the road's x = 0, m: the vehicle settles."""
+    interpolation: Interpolation = "linear"
+    """Profile between samples: straight lines, or a staircase (the paper's)."""
+    lift_off: bool = False
+    """Whether tire forces are clipped at zero where linear tires would pull at the road."""
+
+    @classmethod
+    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a scenario file.
+
+        Raises
+        ------
+        FormatError
+            If the file is not TOML or holds wrong values: one line for each, with its key.
+        OSError
+            If the file cannot be read.
+        """
+        try:
+            data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise FormatError(f"not a TOML file: {error}", path=path) from None
+        try:
+            return cls.model_validate(data, context={"folder": Path(path).parent})
+        except ValidationError as error:
+            count = error.error_count()
+            lines = "\n".join(f"  {line}" for line in explain(error))
+            noun = "error" if count == 1 else "errors"
+            raise FormatError(f"{count} {noun} in the scenario\n{lines}", path=path) from None
+
+    @field_validator("profile", mode="before")
+    @classmethod
+    def _profile_from_table(cls, value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, Mapping):
+            return value
+        options = dict(value)
+        if "file" in options:
+            path = Path(options.pop("file"))
+            folder = (info.context or {}).get("folder", Path())
+            try:
+                return read_profile(folder / path, **options)
+            except (OSError, TypeError) as error:
+                raise ValueError(str(error)) from None
+        return _make("make", GENERATORS, options)
+
+    @field_validator("vehicle", mode="before")
+    @classmethod
+    def _vehicle_from_table(cls, value: Any) -> Any:
+        if isinstance(value, Mapping) and "preset" in value:
+            return _make("preset", PRESETS, dict(value))
+        return value
+
+    @field_validator("scheme", mode="before")
+    @classmethod
+    def _scheme_from_name(cls, value: Any) -> Any:
+        if isinstance(value, str):
+            return Scheme.named(value)
+        if isinstance(value, Mapping) and "preset" in value:
+            changes = dict(value)
+            return Scheme.model_validate(Scheme.named(changes.pop("preset")).model_dump() | changes)
+        return value
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.profile is None:
+            return self
+        needed = self.run_in + self.road.length
+        if self.profile.length < needed * (1.0 - 1e-9):
+            raise ValueError(
+                f"profile {self.profile.name!r} is {self.profile.length:g} m long, but the run-in "
+                f"of {self.run_in:g} m and the road of {self.road.length:g} m need {needed:g} m"
+            )
+        return self
+
+    @field_serializer("profile")
+    def _profile_in_short(self, profile: Profile | None) -> dict[str, Any] | None:
+        if profile is None:
+            return None
+        return {"name": profile.name, "samples": profile.x.size, "length": profile.length}
+
+
+def explain(error: ValidationError) -> list[str]:
+    """One line for each wrong value: its key, what is wrong, and what was given."""
+    lines = []
+    for item in error.errors():
+        key = ".".join(str(part) for part in item["loc"]) or "scenario"
+        given = item["input"]
+        shown = "" if isinstance(given, Mapping | Vehicle | Road) else f" (given {given!r})"
+        lines.append(f"{key}: {item['msg'].removeprefix('Value error, ')}{shown}")
+    return lines
+
+
+def _make(key: str, makers: Mapping[str, Callable[..., Any]], options: dict[str, Any]) -> Any:
+    """Call the maker that `options` names under `key` with the rest of them."""
+    name = options.pop(key, None)
+    if name not in makers:
+        raise ValueError(f"{key} = {name!r}: must be one of {list(makers)}")
+    known = inspect.signature(makers[name]).parameters
+    unknown = [option for option in options if option not in known]
+    if unknown:
+        raise ValueError(f"{name} has no {', '.join(unknown)}; it has {', '.join(known)}")
+    try:
+        return makers[name](**options)
+    except TypeError as error:
+        raise ValueError(str(error)) from None

@@ -1,0 +1,216 @@
+"""The main job: a vehicle rolls over a profile and the road answers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final, Literal
+
+import numpy as np
+
+from pavefem import _core
+from pavefem._progress import progress_bar
+from pavefem.cache import Recent, digest, transition
+from pavefem.forces import Interpolation, Progress, TireForces, tire_forces
+from pavefem.profile import Profile
+from pavefem.result import Result
+from pavefem.road import Road
+from pavefem.scenario import Scenario
+from pavefem.scheme import Scheme
+from pavefem.vehicle import Vehicle
+
+Quantity = Literal["deflection", "tire_force"]
+Keep = Sequence[Quantity] | Literal["envelope"]
+
+EVERYTHING: Final[tuple[Quantity, ...]] = ("deflection", "tire_force")
+"""Histories that can be kept."""
+
+_STEPPERS: Final = Recent[_core.Stepper](budget=256 * 2**20)
+
+
+def simulate(
+    road: Road,
+    vehicle: Vehicle,
+    *,
+    profile: Profile | None = None,
+    speed_kmh: float = 65.0,
+    temperature_c: float = 20.0,
+    scheme: Scheme | str = "paper",
+    run_in: float = 0.0,
+    interpolation: Interpolation = "linear",
+    lift_off: bool = False,
+    keep: Keep = EVERYTHING,
+    every: int = 1,
+    stations: Sequence[float] | None = None,
+    cache: bool = True,
+    progress: bool = False,
+) -> Result:
+    """Deflection of a road under a vehicle that crosses it at constant speed.
+
+    The front axle is at x = 0 at time zero; the run ends when the last axle leaves the road.
+
+    Parameters
+    ----------
+    road : Road
+        The road; its modulus follows from `temperature_c` and `speed_kmh`.
+    vehicle : Vehicle
+        The vehicle. It is symmetric, and a wheel track carries half of each axle force.
+    profile : Profile, optional
+        Elevations along the wheel track; None is a smooth road: constant static forces.
+    speed_kmh : float
+        Speed, km/h.
+    temperature_c : float
+        Asphalt temperature, °C.
+    scheme : Scheme or {"paper", "converged"}
+        Discretisation in space and time.
+    run_in : float
+        Distance from the profile's first sample to x = 0, m. The vehicle starts at rest on the
+        first sample and settles over this distance.
+    interpolation : {"linear", "staircase"}
+        Profile between samples: straight lines, or the elevation of a sample up to the next one.
+    lift_off : bool
+        Clip tire forces at zero where linear tires would pull at the road.
+    keep : sequence of {"deflection", "tire_force"}, or "envelope"
+        Histories to keep besides the envelope; ``"envelope"`` keeps none.
+    every : int
+        Keep every n-th instant of the histories. The envelope sees all.
+    stations : sequence of float, optional
+        Places, m, whose deflection history is kept in place of that of all nodes.
+    cache : bool
+        Whether transition matrices are kept between runs, in memory and on disk.
+    progress : bool
+        Show progress when the run takes over a second.
+
+    Returns
+    -------
+    Result
+
+    Raises
+    ------
+    ValueError
+        If an input is out of range or the inputs do not fit together; the message names it.
+    SolverError
+        If a matrix is singular or the response is not finite.
+
+    Warns
+    -----
+    ValidityWarning
+        If the asphalt is outside the range of its stiffness formulas.
+    """
+    scenario = Scenario(
+        road=road,
+        vehicle=vehicle,
+        profile=profile,
+        speed_kmh=speed_kmh,
+        temperature_c=temperature_c,
+        scheme=scheme,
+        run_in=run_in,
+        interpolation=interpolation,
+        lift_off=lift_off,
+    )
+    return run(scenario, keep=keep, every=every, stations=stations, cache=cache, progress=progress)
+
+
+def run(
+    scenario: Scenario,
+    *,
+    keep: Keep = EVERYTHING,
+    every: int = 1,
+    stations: Sequence[float] | None = None,
+    cache: bool = True,
+    progress: bool = False,
+) -> Result:
+    """Run a scenario; see `simulate`."""
+    quantities = _check_keep(keep)
+    if isinstance(every, bool) or not isinstance(every, int | np.integer) or every < 1:
+        raise ValueError(f"every = {every!r}: must be a whole number, at least 1")
+    places = np.asarray([] if stations is None else stations, dtype=np.float64)
+    if places.ndim != 1:
+        raise ValueError(f"stations has shape {places.shape}: must be a list of places, m")
+    deflection = "deflection" in quantities
+    nodes = deflection and stations is None
+    stepper, x = _stepper(scenario, nodes, places, int(every), cache)
+    with progress_bar(progress, "vehicle") as report:
+        forces = _forces_on_road(scenario, report)
+    with progress_bar(progress, "pavement") as report:
+        history, lowest, highest, step = stepper.run(forces.position, forces.force, report)
+    return Result(
+        scenario=scenario,
+        x=x,
+        lowest=lowest,
+        highest=highest,
+        time_of_lowest=step.astype(np.float64) * scenario.scheme.dt,
+        time=forces.time[::every],
+        deflection=history if deflection or stations is not None else None,
+        stations=None if nodes or stations is None else places,
+        forces=_thin(forces, every) if "tire_force" in quantities else None,
+    )
+
+
+def _check_keep(keep: Keep) -> Sequence[Quantity]:
+    quantities = () if keep == "envelope" else keep
+    allowed = [*EVERYTHING]
+    if isinstance(quantities, str) or any(name not in allowed for name in quantities):
+        raise ValueError(f'keep = {keep!r}: must be "envelope" or some of {allowed}')
+    return quantities
+
+
+def _stepper(
+    scenario: Scenario, nodes: bool, stations: np.ndarray, every: int, keep: bool
+) -> tuple[_core.Stepper, np.ndarray]:
+    """Prepare the road for stepping, or take what a run before has prepared; and its nodes."""
+    road, scheme = scenario.road, scenario.scheme
+    table = road.table(scenario.temperature_c, scenario.speed_kmh)
+    mesh = (scheme.element_length, scheme.foundation, road.ends)
+    strip = _core.Strip(table, *mesh)
+    x = strip.nodes
+    key = digest(table, mesh, scheme.dt)
+
+    def make() -> _core.Stepper:
+        response = (
+            transition(key, strip, scheme.dt)
+            if keep
+            else _core.Transition.of_strip(strip, scheme.dt)
+        )
+        return _core.Stepper(strip, response, scheme.weights, scheme.hold, nodes, stations, every)
+
+    if not keep:
+        return make(), x
+    # Some two dozen matrices of n x n, n being two unknowns a node.
+    size = 25 * 8 * (2 * x.size) ** 2
+    whole = (key, scheme.weights, scheme.hold, nodes, tuple(stations), every)
+    return _STEPPERS.get(whole, size, make), x
+
+
+def _forces_on_road(scenario: Scenario, report: Progress | None) -> TireForces:
+    """Tire forces from the front axle at x = 0 until the last axle leaves the road."""
+    forces = tire_forces(
+        scenario.vehicle,
+        scenario.profile,
+        scenario.speed_kmh,
+        dt=scenario.scheme.dt,
+        run_in=scenario.run_in if scenario.profile is not None else 0.0,
+        distance=scenario.road.length + scenario.vehicle.length,
+        interpolation=scenario.interpolation,
+        lift_off=scenario.lift_off,
+        progress=report,
+    )
+    if scenario.profile is None:
+        return forces
+    origin = float(scenario.profile.x[0]) + scenario.run_in
+    lifted = tuple(
+        replace(lift_off, position=lift_off.position - origin) for lift_off in forces.lift_off
+    )
+    return replace(forces, position=forces.position - origin, lift_off=lifted)
+
+
+def _thin(forces: TireForces, every: int) -> TireForces:
+    if every == 1:
+        return forces
+    kept = slice(None, None, every)
+    return replace(
+        forces,
+        time=forces.time[kept],
+        position=forces.position[kept],
+        force=forces.force[kept],
+    )

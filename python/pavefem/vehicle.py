@@ -1,0 +1,206 @@
+"""Pitch-plane vehicles: bodies, springs and tires (section IV of the paper, generalised)."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Annotated, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from pavefem import _core
+from pavefem._model import Model, NotNegative, Positive
+
+
+class Body(Model):
+    """A rigid body in the pitch plane.
+
+    A free body bounces, and pitches if it has a pitch inertia. A pinned body has its pitch only: a
+    walking (equalizing) beam on the frame, a semitrailer on its fifth wheel.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    """What springs and tires call it."""
+    mass: NotNegative
+    """Mass, kg."""
+    x: float
+    """Centre of gravity, m behind the front axle."""
+    pitch_inertia: NotNegative = 0.0
+    """Moment of inertia about the centre of gravity, kg m²; 0 for a body that does not pitch."""
+    pinned_to: str | None = None
+    """The body, listed before this one, that it is pinned to."""
+    pin: float | None = None
+    """Place of the pin, m behind the front axle."""
+
+    @model_validator(mode="after")
+    def _pin_is_whole(self) -> Self:
+        if (self.pinned_to is None) != (self.pin is None):
+            raise ValueError("pinned_to and pin go together")
+        return self
+
+
+class Spring(Model):
+    """A spring and a damper between points of two bodies, both sides of the vehicle together."""
+
+    upper: str
+    """Body at the upper end."""
+    lower: str
+    """Body at the lower end."""
+    x: float
+    """Place of both ends, m behind the front axle."""
+    stiffness: Positive
+    """Spring constant, N/m."""
+    damping: NotNegative
+    """Damping constant, N s/m."""
+
+
+class Tire(Model):
+    """The tires of one axle: a spring and a damper between a body and the road."""
+
+    body: str
+    """The body they carry."""
+    x: float
+    """Place, m behind the front axle."""
+    stiffness: Positive
+    """Spring constant of all tires of the axle, N/m."""
+    damping: NotNegative
+    """Damping constant of all tires of the axle, N s/m."""
+
+
+class Vehicle(Model):
+    """A vehicle: its matrices, static loads and modes follow from bodies, springs and tires.
+
+    Places are metres behind the front axle, heights are up positive, and a body's pitch is the
+    slope of its line, positive with the tail up. M, C and K are sums of energy rows: one row of
+    coefficients for each mass, spring-damper and tire.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        (a `ValueError`) for a value out of range, a name that is not a body's, or a tire that does
+        not press on the road at rest.
+    SolverError
+        If a body is not held up by springs and tires.
+    """
+
+    name: str = "vehicle"
+    """What tables and plots call it."""
+    bodies: Annotated[tuple[Body, ...], Field(min_length=1)]
+    """Bodies; a pinned one comes after the body it is pinned to."""
+    springs: tuple[Spring, ...] = ()
+    """Suspension springs and dampers."""
+    tires: Annotated[tuple[Tire, ...], Field(min_length=1)]
+    """Tires, an axle each, from the front to the rear."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        places = [tire.x for tire in self.tires]
+        if places != sorted(set(places)):
+            raise ValueError(f"tires stand at {places} m: each must be behind the one before it")
+        _ = self.core  # builds the matrices and solves the static loads, or says what is wrong
+        return self
+
+    @cached_property
+    def core(self) -> _core.Vehicle:
+        """The vehicle as the solver has it."""
+        numbers = {body.name: number for number, body in enumerate(self.bodies)}
+        if len(numbers) < len(self.bodies):
+            raise ValueError(f"two bodies share a name: {[body.name for body in self.bodies]}")
+
+        def number(name: str, user: str) -> int:
+            if name not in numbers:
+                raise ValueError(f"{user} names no body: {name!r} is none of {list(numbers)}")
+            return numbers[name]
+
+        bodies = [
+            (body.mass, body.pitch_inertia, body.x, math.nan, math.nan)
+            if body.pinned_to is None or body.pin is None
+            else (
+                body.mass,
+                body.pitch_inertia,
+                body.x,
+                number(body.pinned_to, f"pinned_to of body {body.name!r}"),
+                body.pin,
+            )
+            for body in self.bodies
+        ]
+        springs = [
+            (
+                number(spring.upper, f"upper end of spring {i}"),
+                spring.x,
+                number(spring.lower, f"lower end of spring {i}"),
+                spring.x,
+                spring.stiffness,
+                spring.damping,
+            )
+            for i, spring in enumerate(self.springs)
+        ]
+        tires = [
+            (number(tire.body, f"body of tire {i}"), tire.x, tire.stiffness, tire.damping)
+            for i, tire in enumerate(self.tires)
+        ]
+        return _core.Vehicle(
+            np.array(bodies, dtype=np.float64).reshape(-1, 5),
+            np.array(springs, dtype=np.float64).reshape(-1, 6),
+            np.array(tires, dtype=np.float64).reshape(-1, 4),
+        )
+
+    @property
+    def axle_positions(self) -> NDArray[np.float64]:
+        """Places of the axles, m behind the front axle, shape (axles,)."""
+        return np.array([tire.x for tire in self.tires])
+
+    @property
+    def length(self) -> float:
+        """Distance from the first to the last axle, m."""
+        return self.tires[-1].x - self.tires[0].x
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of all bodies, kg."""
+        return sum(body.mass for body in self.bodies)
+
+    @property
+    def static_loads(self) -> NDArray[np.float64]:
+        """Static load of each axle, N, solved from weights and springs, shape (axles,)."""
+        return self.core.static_loads
+
+    @property
+    def unknowns(self) -> list[str]:
+        """Names of the degrees of freedom, in the order of the matrices."""
+        names = []
+        for body in self.bodies:
+            if body.pinned_to is None:
+                names.append(f"{body.name} bounce")
+            if body.pitch_inertia > 0.0:
+                names.append(f"{body.name} pitch")
+        return names
+
+    @property
+    def mass_matrix(self) -> NDArray[np.float64]:
+        """Mass matrix M, kg (and kg m, kg m² where pitch takes part), shape (n, n)."""
+        return self.core.mass
+
+    @property
+    def damping_matrix(self) -> NDArray[np.float64]:
+        """Damping matrix C, N s/m, the road held still, shape (n, n)."""
+        return self.core.damping
+
+    @property
+    def stiffness_matrix(self) -> NDArray[np.float64]:
+        """Stiffness matrix K, N/m, the road held still, shape (n, n)."""
+        return self.core.stiffness
+
+    def natural_frequencies(self) -> NDArray[np.float64]:
+        """Undamped natural frequencies, Hz, ascending, shape (n,)."""
+        return self._natural_frequencies.copy()
+
+    @cached_property
+    def _natural_frequencies(self) -> NDArray[np.float64]:
+        # M = L L', and L^-1 K L^-T has the eigenvalues of M^-1 K but is symmetric.
+        factor = np.linalg.cholesky(self.mass_matrix)
+        half = np.linalg.solve(factor, self.stiffness_matrix)
+        squares = np.linalg.eigvalsh(np.linalg.solve(factor, half.T))
+        return np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)

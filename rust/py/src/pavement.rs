@@ -1,0 +1,220 @@
+//! Strips, their transition matrices, and the dense stepper.
+
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pavefem_core::pavement::{self, Bed, Ends, Foundation, Section, Weights};
+use pavefem_core::response::{Hold, Keep, Loads, dense};
+use pavefem_core::transition::{self, Form, Levels, Series, System};
+use pyo3::prelude::*;
+
+use crate::convert::{choice, exception, matrix, matrix_to_array, records, rows, table, vector};
+use crate::watch::detached;
+
+#[pyclass(frozen, module = "pavefem._core")]
+pub(crate) struct Strip(pavement::Strip);
+
+#[pymethods]
+impl Strip {
+    #[new]
+    fn new(
+        sections: PyReadonlyArray2<'_, f64>,
+        element_length: f64,
+        foundation: &str,
+        ends: &str,
+    ) -> PyResult<Self> {
+        let foundations = [("bars", Foundation::Bars), ("winkler", Foundation::Winkler)];
+        let foundation = choice("foundation", foundation, &foundations)?;
+        let held = [("clamped", Ends::Clamped), ("pinned", Ends::Pinned), ("free", Ends::Free)];
+        let ends = choice("ends", ends, &held)?;
+        let section = |[length, bending_stiffness, bending_damping, mass, k, c, m]: [f64; 7]| {
+            let bed = Bed { stiffness: k, damping: c, mass: m };
+            Section { length, bending_stiffness, bending_damping, mass, bed }
+        };
+        let sections: Vec<Section> =
+            records("sections", &sections)?.into_iter().map(section).collect();
+        pavement::Strip::new(&sections, element_length, foundation, ends)
+            .map(Self)
+            .map_err(|error| exception(&error))
+    }
+
+    #[getter]
+    fn nodes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.0.nodes())
+    }
+
+    #[getter]
+    fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_to_array(py, &self.0.system().mass.to_dense())
+    }
+
+    #[getter]
+    fn damping<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_to_array(py, &self.0.system().damping.to_dense())
+    }
+
+    #[getter]
+    fn stiffness<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_to_array(py, &self.0.system().stiffness.to_dense())
+    }
+}
+
+#[pyclass(frozen, module = "pavefem._core")]
+pub(crate) struct Transition(transition::Transition);
+
+#[pymethods]
+impl Transition {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        mass: PyReadonlyArray2<'_, f64>,
+        damping: PyReadonlyArray2<'_, f64>,
+        stiffness: PyReadonlyArray2<'_, f64>,
+        dt: f64,
+        form: &str,
+    ) -> PyResult<Self> {
+        let forms =
+            [("stiffness", Form::Stiffness), ("state", Form::State), ("integral", Form::Integral)];
+        let form = choice("form", form, &forms)?;
+        let system = System::from_dense(&matrix(&mass), &matrix(&damping), &matrix(&stiffness))
+            .map_err(|error| exception(&error))?;
+        detached(py, None, |watch| transition::Transition::new(system, dt, form, watch)).map(Self)
+    }
+
+    #[staticmethod]
+    fn of_strip(py: Python<'_>, strip: &Strip, dt: f64) -> PyResult<Self> {
+        let system = strip.0.system().clone();
+        detached(py, None, |watch| transition::Transition::new(system, dt, Form::Stiffness, watch))
+            .map(Self)
+    }
+
+    /// The transition of a strip from what `to_rows` gave.
+    #[staticmethod]
+    fn from_rows(
+        strip: &Strip,
+        dt: f64,
+        series: (f64, usize, u32),
+        levels: PyReadonlyArray2<'_, f64>,
+    ) -> PyResult<Self> {
+        let (norm, terms, squarings) = series;
+        let levels = matrix(&levels);
+        let n = levels.ncols();
+        let level = |i: usize| levels.rows((i * n).min(levels.nrows()), n.min(levels.nrows() / 4));
+        let levels = Levels {
+            time: dt,
+            rate: level(0).into_owned(),
+            impulse: level(1).into_owned(),
+            integrals: vec![level(2).into_owned(), level(3).into_owned()],
+        };
+        let series = Series { norm, terms, squarings };
+        let system = strip.0.system().clone();
+        transition::Transition::from_levels(system, series, levels)
+            .map(Self)
+            .map_err(|error| exception(&error))
+    }
+
+    /// The impulse rate, impulse, step and ramp responses, one below the other, `4n x n`.
+    fn to_rows<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let levels = self.0.levels();
+        let [step, ramp] = [&levels.integrals[0], &levels.integrals[1]];
+        let all = [&levels.rate, &levels.impulse, step, ramp];
+        let values = all.iter().flat_map(|m| m.transpose().as_slice().to_vec()).collect();
+        table(py, values, levels.rate.ncols())
+    }
+
+    #[getter]
+    fn phi<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_to_array(py, &self.0.phi().to_dense())
+    }
+
+    #[getter]
+    fn gamma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_to_array(py, &self.0.gamma())
+    }
+
+    #[getter]
+    fn ramp<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix_to_array(py, &self.0.ramp())
+    }
+
+    #[getter]
+    fn dt(&self) -> f64 {
+        self.0.dt()
+    }
+
+    #[getter]
+    fn norm(&self) -> f64 {
+        self.0.series().norm
+    }
+
+    #[getter]
+    fn terms(&self) -> usize {
+        self.0.series().terms
+    }
+
+    #[getter]
+    fn squarings(&self) -> u32 {
+        self.0.series().squarings
+    }
+}
+
+/// History, then lowest, highest and the step of the lowest of every node.
+type Kept<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<usize>>,
+);
+
+#[pyclass(frozen, module = "pavefem._core")]
+pub(crate) struct Stepper {
+    stepper: dense::Stepper,
+    columns: usize,
+}
+
+#[pymethods]
+impl Stepper {
+    #[new]
+    #[expect(clippy::too_many_arguments, reason = "each is a plain number the scheme needs")]
+    fn new(
+        py: Python<'_>,
+        strip: &Strip,
+        transition: &Transition,
+        weights: &str,
+        hold: &str,
+        nodes: bool,
+        stations: PyReadonlyArray1<'_, f64>,
+        every: usize,
+    ) -> PyResult<Self> {
+        let shares = [("linear", Weights::Linear), ("hermite", Weights::Hermite)];
+        let weights = choice("weights", weights, &shares)?;
+        let hold = choice("hold", hold, &[("zero", Hold::Zero), ("first", Hold::First)])?;
+        let keep = Keep { nodes, stations: vector(&stations), every };
+        let columns = keep.stations.len() + if nodes { strip.0.nodes().len() } else { 0 };
+        let (strip, transition) = (strip.0.clone(), transition.0.clone());
+        let work = || dense::Stepper::new(strip, transition, (weights, hold), &keep);
+        let stepper = py.detach(work).map_err(|error| exception(&error))?;
+        Ok(Self { stepper, columns })
+    }
+
+    #[pyo3(signature = (positions, forces, progress=None))]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        positions: PyReadonlyArray2<'_, f64>,
+        forces: PyReadonlyArray2<'_, f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Kept<'py>> {
+        let axles = positions.as_array().dim().1;
+        let (positions, forces) = (rows(&positions), rows(&forces));
+        let record = detached(py, progress.as_ref(), |watch| {
+            let loads = Loads { axles, positions: &positions, forces: &forces };
+            self.stepper.run(&loads, watch)
+        })?;
+        let envelope = record.envelope;
+        Ok((
+            table(py, record.history, self.columns)?,
+            PyArray1::from_vec(py, envelope.lowest),
+            PyArray1::from_vec(py, envelope.highest),
+            PyArray1::from_vec(py, envelope.lowest_step),
+        ))
+    }
+}
