@@ -149,14 +149,22 @@ pub struct Phi {
 }
 
 impl Phi {
-    fn new(system: &System, levels: &Levels) -> Self {
+    fn zeros(n: usize) -> Self {
+        Self { uu: zeros(n, n), uv: zeros(n, n), vu: zeros(n, n), vv: zeros(n, n) }
+    }
+
+    /// From `H` and `G`.
+    fn set(&mut self, system: &System, levels: &Levels) {
         let System { mass, damping, stiffness } = system;
-        let vv = mass.left_multiply(1.0, &levels.rate);
-        let mut uu = vv.clone();
-        damping.left_multiply_add(1.0, &levels.impulse, &mut uu);
-        let uv = mass.left_multiply(1.0, &levels.impulse);
-        let vu = stiffness.left_multiply(-1.0, &levels.impulse);
-        Self { uu, uv, vu, vv }
+        let (h, g) = (&levels.rate, &levels.impulse);
+        for block in [&mut self.uv, &mut self.vu, &mut self.vv] {
+            block.as_mut_slice().fill(0.0);
+        }
+        mass.left_multiply_add(1.0, h, &mut self.vv);
+        mass.left_multiply_add(1.0, g, &mut self.uv);
+        stiffness.left_multiply_add(-1.0, g, &mut self.vu);
+        self.uu.copy_from(&self.vv);
+        damping.left_multiply_add(1.0, g, &mut self.uu);
     }
 
     /// As one `2n x 2n` matrix.
@@ -186,34 +194,30 @@ pub struct Levels {
 }
 
 impl Levels {
-    /// The levels at `self.time + later.time`, given the `phi` and levels of `later`.
+    pub(crate) fn zeros(n: usize, integrals: usize) -> Self {
+        let integrals = vec![zeros(n, n); integrals];
+        Self { time: 0.0, rate: zeros(n, n), impulse: zeros(n, n), integrals }
+    }
+
+    /// Become the levels at `before.time + after.time`, given the `phi` of `after`.
     ///
     /// A level and the one before it are the displacement and velocity of a motion, which `phi`
-    /// carries on; an integral adds to that what it had gathered by `later.time`.
-    #[must_use]
-    pub fn carry(&self, phi: &Phi, later: &Self) -> Self {
-        let carry = |u: &DMatrix<f64>, v: &DMatrix<f64>, x: &DMatrix<f64>, w: &DMatrix<f64>| {
-            let mut out = multiply(u, x);
-            multiply_add(&mut out, 1.0, v, w);
-            out
-        };
-        let mut integrals: Vec<DMatrix<f64>> = Vec::with_capacity(self.integrals.len());
-        let mut before = &self.impulse;
-        for (i, level) in self.integrals.iter().enumerate() {
-            let mut next = carry(&phi.uu, &phi.uv, level, before);
+    /// carries on; an integral adds to that what it had gathered by `after.time`.
+    pub(crate) fn carry(&mut self, before: &Self, phi: &Phi, after: &Self) {
+        let (h, g) = (&before.rate, &before.impulse);
+        self.time = before.time + after.time;
+        multiply_into(&mut self.rate, &phi.vu, g);
+        multiply_add(&mut self.rate, 1.0, &phi.vv, h);
+        multiply_into(&mut self.impulse, &phi.uu, g);
+        multiply_add(&mut self.impulse, 1.0, &phi.uv, h);
+        for (i, next) in self.integrals.iter_mut().enumerate() {
+            multiply_into(next, &phi.uu, before.level(i + 2));
+            multiply_add(next, 1.0, &phi.uv, before.level(i + 1));
             let mut factor = 1.0;
-            for (power, gathered) in later.integrals[..=i].iter().rev().enumerate() {
+            for (power, gathered) in after.integrals[..=i].iter().rev().enumerate() {
                 add_scaled(next.as_mut_slice(), factor, gathered.as_slice());
-                factor *= self.time / (power + 1) as f64;
+                factor *= before.time / (power + 1) as f64;
             }
-            integrals.push(next);
-            before = level;
-        }
-        Self {
-            time: self.time + later.time,
-            rate: carry(&phi.vu, &phi.vv, &self.impulse, &self.rate),
-            impulse: carry(&phi.uu, &phi.uv, &self.impulse, &self.rate),
-            integrals,
         }
     }
 
@@ -293,9 +297,12 @@ impl Transition {
         let start = dt / f64::from(series.squarings).exp2();
         let depth = if form == Form::Integral { 2 } else { 0 };
         let mut levels = Levels::series(&system, &inverse_mass, start, series.terms, depth, watch)?;
+        let (mut phi, mut doubled) = (Phi::zeros(n), Levels::zeros(n, depth));
         for squaring in 0..series.squarings as usize {
             go_on(watch, squaring, series.squarings as usize)?;
-            levels = levels.carry(&Phi::new(&system, &levels), &levels);
+            phi.set(&system, &levels);
+            doubled.carry(&levels, &phi, &levels);
+            std::mem::swap(&mut levels, &mut doubled);
         }
         levels.time = dt;
         check_finite("transition matrix", &levels.impulse)?;
@@ -354,7 +361,9 @@ impl Transition {
     /// `Phi = exp(A dt)` for the state `(u, v)` (eq. 11).
     #[must_use]
     pub fn phi(&self) -> Phi {
-        Phi::new(&self.system, &self.levels)
+        let mut phi = Phi::zeros(self.system.len());
+        phi.set(&self.system, &self.levels);
+        phi
     }
 
     /// `Gamma = [J; G]`, `2n x n`: the state that a constant unit force leaves after a step (eq. 12).
@@ -372,7 +381,7 @@ impl Transition {
 }
 
 /// `[upper; lower]`.
-pub(crate) fn stack(upper: &DMatrix<f64>, lower: &DMatrix<f64>) -> DMatrix<f64> {
+fn stack(upper: &DMatrix<f64>, lower: &DMatrix<f64>) -> DMatrix<f64> {
     let n = upper.nrows();
     let mut values = Vec::with_capacity(2 * upper.len());
     for (upper, lower) in upper.as_slice().chunks_exact(n).zip(lower.as_slice().chunks_exact(n)) {

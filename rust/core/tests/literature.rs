@@ -146,8 +146,8 @@ fn standing_force_on_a_winkler_bed_converges_with_the_fourth_power() {
     let under: Vec<f64> = errors.iter().map(|error| error[0]).collect();
     let shape: Vec<f64> =
         errors.iter().map(|error| error.iter().copied().fold(0.0, f64::max)).collect();
-    eprintln!("under the force {under:?}, shape {shape:?}");
-    assert!(under[1] < 1.1e-4, "{under:?}");
+    // 1.1e-4 of it (two digits) where lambda h = 0.404, as for the paper's pavement in such elements.
+    assert!(under[1] < 1.15e-4 * (beam.decay() * 0.125 / 0.404).powi(4), "{under:?}");
     for (what, errors) in [("under the force", under), ("shape", shape)] {
         for order in orders(&errors) {
             assert!((3.7..4.5).contains(&order), "{what}: order {order} of {errors:?}");
@@ -168,14 +168,8 @@ fn standing_force_between_nodes() {
             run(&strip, (Weights::Hermite, Hold::Zero), 0.02, 12, &[place], |_| (place, force));
         let missed = record.history[11] + beam.static_deflection(force);
         let kink = force * h.powi(3) / (192.0 * beam.bending_stiffness);
-        eprintln!(
-            "h {h}: {:.3e} of w0, {:.3} of the kink",
-            missed / beam.static_deflection(force),
-            missed / kink
-        );
         (missed - kink).abs() / beam.static_deflection(force)
     });
-    eprintln!("{errors:?}");
     // What the kink does not explain is of the fourth order again.
     for order in orders(&errors) {
         assert!((3.5..4.6).contains(&order), "order {order} of {errors:?}");
@@ -216,14 +210,18 @@ fn passage(beam: &WinklerBeam, ratio: f64, length: f64, h: f64) -> (f64, f64) {
 
 /// Fryba, Vibration of solids and structures under moving loads (1972), ch. 13; peaks over the
 /// static deflection by the closed form.
+///
+/// A force that rolls from element to element sheds waves as short as an element; they are of a
+/// lower order (`kappa h` falls only with the root of `h`), but where bending damping ends them the
+/// fourth order remains.
 #[test]
 fn moving_force_on_a_winkler_bed() {
-    for (zeta, bending_damping, ratio, length, expected) in [
-        (0.0, 0.0, 0.5, 16.0, Some(1.15470)),
-        (0.1, 0.0, 0.5, 16.0, Some(1.15027)),
-        (1.0, 0.0, 0.5, 12.0, Some(0.89144)),
-        (0.1, 0.0, 0.9, 24.0, Some(2.06040)),
-        (0.05, 150.0, 0.6, 16.0, None),
+    for (zeta, bending_damping, ratio, length, expected, lowest_order) in [
+        (0.0, 0.0, 0.5, 16.0, Some(1.15470), 2.4),
+        (0.1, 0.0, 0.5, 16.0, Some(1.15027), 2.4),
+        (1.0, 0.0, 0.5, 12.0, Some(0.89144), 2.4),
+        (0.1, 0.0, 0.9, 24.0, Some(2.06040), 2.4),
+        (0.05, 150.0, 0.6, 16.0, None, 3.7),
     ] {
         let beam = winkler(zeta, bending_damping);
         let speed = ratio * beam.critical_speed();
@@ -233,10 +231,12 @@ fn moving_force_on_a_winkler_bed() {
         }
         let (coarse, _) = passage(&beam, ratio, length, 0.25);
         let (fine, peak) = passage(&beam, ratio, length, 0.125);
-        eprintln!(
-            "zeta {zeta}, cEI {bending_damping}, v {ratio}: {coarse:.2e} {fine:.2e} order {:.2} peak {peak:.5} closed {closed:.5}",
-            (coarse / fine).log2()
-        );
+        let order = (coarse / fine).log2();
+        let case = format!("zeta {zeta}, bending damping {bending_damping}, speed {ratio}");
+        assert!((lowest_order..4.4).contains(&order), "{case}: order {order}, {coarse}, {fine}");
+        // 4e-4 for a standing force, which the nearness of the critical speed and the waves raise.
+        assert!(fine < 2.5e-3 * closed, "{case}: {fine}");
+        assert!((peak - closed).abs() <= fine, "{case}: {peak} against {closed}");
     }
 }
 
@@ -292,12 +292,13 @@ fn simply_supported_beam_under_a_moving_force() {
         }
         error
     };
-    // Fine in time, the mesh alone errs; fine in space, the step alone.
+    // Fine in time, the mesh alone errs (and sheds short waves, see above).
     let meshes = [3.125, 1.5625, 0.78125].map(|h| error_of(h, 1e-4));
+    assert!(meshes[2] < 1e-5, "{meshes:?}");
+    assert!(orders(&meshes).iter().all(|order| (2.5..4.5).contains(order)), "{meshes:?}");
+    // Long steps and short elements, where the stiffest mode turns a thousand times in a step: the
+    // second order of a mode that the force does follow.
     let steps = [8e-3, 4e-3, 2e-3].map(|dt| error_of(0.3125, dt));
-    eprintln!(
-        "meshes {meshes:?} {:?}, steps {steps:?} {:?}",
-        orders(&meshes),
-        orders(&steps)
-    );
+    assert!(steps[2] < 1e-4, "{steps:?}");
+    assert!(orders(&steps).iter().all(|order| (1.5..2.5).contains(order)), "{steps:?}");
 }

@@ -16,6 +16,7 @@ use pavefem_core::vehicle::{
     Body, GRAVITY, Interpolation, Point, Profile, Run, Spring, Tire, Vehicle,
 };
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 
 const BOTH: [Hold; 2] = [Hold::Zero, Hold::First];
 
@@ -360,36 +361,42 @@ const AXLES: [f64; 3] = [0.0, 4.55, 5.85];
 const PIVOT: f64 = 5.22174;
 const CENTRE: f64 = 4.21102;
 
-/// The paper's truck: sprung mass, steer axle, tandem axles, equalizing beam.
+/// The paper's truck.
 fn truck() -> Vehicle {
+    truck_with(AXLES, PIVOT)
+}
+
+/// A truck like it: sprung mass, steer axle, tandem axles, equalizing beam.
+fn truck_with(axles: [f64; 3], pivot: f64) -> Vehicle {
     let body = |mass, inertia, x, pin| Body { mass, inertia, x, pin };
     let bodies = [
         body(17_400.0, 8e4, CENTRE, None),
-        body(600.0, 0.0, AXLES[0], None),
-        body(1000.0, 0.0, AXLES[1], None),
-        body(1000.0, 0.0, AXLES[2], None),
-        body(0.0, 100.0, PIVOT, Some((0, PIVOT))),
+        body(600.0, 0.0, axles[0], None),
+        body(1000.0, 0.0, axles[1], None),
+        body(1000.0, 0.0, axles[2], None),
+        body(0.0, 100.0, pivot, Some((0, pivot))),
     ];
     let spring = |upper, axle: usize, stiffness, damping| {
-        let x = AXLES[axle];
+        let x = axles[axle];
         let (upper, lower) = (Point { body: upper, x }, Point { body: axle + 1, x });
         Spring { upper, lower, stiffness, damping }
     };
     let springs = [spring(0, 0, 1e6, 1e4), spring(4, 1, 2e6, 5e4), spring(4, 2, 2e6, 5e4)];
     let tires = [0, 1, 2].map(|axle| Tire {
-        point: Point { body: axle + 1, x: AXLES[axle] },
+        point: Point { body: axle + 1, x: axles[axle] },
         stiffness: if axle == 0 { 1.75e6 } else { 3.5e6 },
         damping: 1e4,
     });
     Vehicle::new(&bodies, &springs, &tires).unwrap()
 }
 
-/// Romero Navarrete et al., section IV and Table II.
+/// Romero Navarrete et al., section IV and Table II. The printed loads add up to 2 N less than the
+/// weight of 20 t, and the last digit of the pivot's place is worth 1 N.
 #[test]
 fn static_loads_and_modes_of_the_papers_truck() {
     let truck = truck();
     for (load, expected) in truck.static_loads().iter().zip([38_925.0, 76_335.0, 80_938.0]) {
-        assert!((load - expected).abs() < 1.0, "{load} against {expected}");
+        assert!((load - expected).abs() < 1.5, "{load} against {expected}");
     }
     let total: f64 = truck.static_loads().iter().sum();
     assert!((total - 20_000.0 * GRAVITY).abs() < 1e-7, "{total}");
@@ -452,9 +459,9 @@ fn frequency_response_of_the_truck() {
     let (speed, dt) = (20.0, 1e-3);
     let amplitude = 2e-3;
     for wavelength in [1.7, 5.0, 9.5] {
-        // Samples a step of travel apart, instants half way between them: both the elevation and the
-        // slope of the chord then err by the second order, (pi spacing / wavelength)^2 / 6 of it.
-        let spacing = speed * dt;
+        // Every axle is half way between two samples at each instant: both the elevation and the
+        // slope of the chord then err by the second order.
+        let spacing = 0.01;
         let number = std::f64::consts::TAU / wavelength;
         let omega = Complex::new(0.0, number * speed);
         let seconds = 30.0;
@@ -485,13 +492,10 @@ fn frequency_response_of_the_truck() {
                 let found = forces[3 * kept + axle] - truck.static_loads()[axle];
                 error = error.max((found - expected).abs() / response.norm());
             }
-            // Samples, instants and inputs together err by a few of these.
-            let chord = (std::f64::consts::PI * spacing / wavelength).powi(2) / 6.0;
-            eprintln!(
-                "wavelength {wavelength}, axle {axle}: {error:.2e}, {:.2} chords",
-                error / chord
-            );
-            assert!(error < 10.0 * chord, "wavelength {wavelength}, axle {axle}: {error:.2e}");
+            // Chords in space and in time, (pi length / wavelength)^2 / 6 of a sine and less of a
+            // force, which near a resonance the truck amplifies a few times.
+            let chord = (std::f64::consts::PI * speed * dt / wavelength).powi(2) / 6.0;
+            assert!(error < 5.0 * chord, "wavelength {wavelength}, axle {axle}: {error:.2e}");
         }
     }
 }
@@ -506,9 +510,16 @@ fn rough(samples: usize, spacing: f64) -> (Vec<f64>, Vec<f64>) {
     (x, z)
 }
 
-fn forces(profile: &Profile<'_>, speed: f64, dt: f64, every: usize, steps: usize) -> Vec<f64> {
+/// Tire forces at every n-th instant of steps that are as much shorter.
+fn forces(
+    truck: &Vehicle,
+    profile: &Profile<'_>,
+    (speed, dt): (f64, f64),
+    every: usize,
+    steps: usize,
+) -> Vec<f64> {
     let run = Run { speed, dt: dt / every as f64, start: 0.0, skip: 0, steps: steps * every };
-    let all = truck().tire_forces(profile, &run, &mut |_, _| true).unwrap();
+    let all = truck.tire_forces(profile, &run, &mut |_, _| true).unwrap();
     all.chunks_exact(3).step_by(every).flatten().copied().collect()
 }
 
@@ -520,7 +531,7 @@ fn order_of_the_tire_forces_in_the_step() {
         // Speeds at which kinks and jumps fall anywhere within the steps, and their errors average.
         let mut errors = [0.0; 4];
         for speed in [17.123, 18.677, 20.331, 21.939] {
-            let history = |every| forces(&profile, speed, 4e-3, every, 1000);
+            let history = |every| forces(&truck(), &profile, (speed, 4e-3), every, 1000);
             let exact = history(64);
             for (error, every) in errors.iter_mut().zip([1, 2, 4, 8]) {
                 *error += root_mean_square(&history(every), &exact).powi(2);
@@ -528,7 +539,6 @@ fn order_of_the_tire_forces_in_the_step() {
         }
         let errors = errors.map(f64::sqrt);
         let orders = orders(&errors);
-        eprintln!("{interpolation:?} {errors:?} {orders:?}");
         let mean = orders.iter().sum::<f64>() / orders.len() as f64;
         assert!((1.8..2.3).contains(&mean), "{interpolation:?}: {orders:?} of {errors:?}");
     }
@@ -538,10 +548,11 @@ fn order_of_the_tire_forces_in_the_step() {
 /// matrix is exact: the step leaves no trace. (All numbers are whole parts of a power of two.)
 #[test]
 fn kinks_and_jumps_on_instants_cost_nothing() {
+    let truck = truck_with([0.0, 4.5, 5.75], 5.125);
     let (x, z) = rough(400, 0.25);
     for interpolation in [Interpolation::Linear, Interpolation::Staircase] {
         let profile = Profile::new(&x, &z, interpolation).unwrap();
-        let history = |every| forces(&profile, 16.0, 1.0 / 64.0, every, 300);
+        let history = |every| forces(&truck, &profile, (16.0, 1.0 / 64.0), every, 300);
         let coarse = history(1);
         let error = largest_difference(&coarse, &history(16));
         assert!(error < 1e-10 * largest(&coarse), "{interpolation:?}: {error:.1e}");
@@ -553,7 +564,7 @@ fn a_level_road_feels_the_static_loads() {
     let (x, z) = ([0.0, 3.0, 50.0], [0.7; 3]);
     for interpolation in [Interpolation::Linear, Interpolation::Staircase] {
         let profile = Profile::new(&x, &z, interpolation).unwrap();
-        let forces = forces(&profile, 22.0, 1e-3, 1, 3000);
+        let forces = forces(&truck(), &profile, (22.0, 1e-3), 1, 3000);
         for row in forces.chunks_exact(3) {
             assert_eq!(row, truck().static_loads());
         }
@@ -565,7 +576,7 @@ fn a_level_road_feels_the_static_loads() {
 fn on_a_long_ramp_the_forces_settle() {
     let (x, z) = ([0.0, 10.0, 1000.0], [0.0, 0.0, 20.0]);
     let profile = Profile::new(&x, &z, Interpolation::Linear).unwrap();
-    let forces = forces(&profile, 20.0, 1e-3, 1, 30_000);
+    let forces = forces(&truck(), &profile, (20.0, 1e-3), 1, 30_000);
     for (force, load) in forces[forces.len() - 3..].iter().zip(truck().static_loads()) {
         assert!((force - load).abs() < 1e-6 * load, "{force} against {load}");
     }
@@ -615,9 +626,9 @@ fn wild_matrix(n: usize, size: f64) -> impl Strategy<Value = DMatrix<f64>> {
 }
 
 fn check_transition(transition: &Transition) {
-    assert!(whole(&transition.gamma()), "Gamma {}", transition.gamma());
-    assert!(whole(&transition.ramp()), "ramp {}", transition.ramp());
-    assert!(whole(&transition.phi().to_dense()), "Phi {}", transition.phi().to_dense());
+    assert!(whole(&transition.phi().to_dense()), "Phi");
+    assert!(whole(&transition.gamma()), "Gamma");
+    assert!(whole(&transition.ramp()), "ramp");
 }
 
 fn wild_truck() -> impl Strategy<Value = (Vec<Body>, Vec<Spring>, Vec<Tire>)> {
@@ -663,7 +674,13 @@ fn check_vehicle(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig {
+        cases: 1000,
+        failure_persistence: None,
+        // The same cases on every run: a failure says that the code has changed.
+        rng_seed: RngSeed::Fixed(20),
+        ..Default::default()
+    })]
 
     #[test]
     fn any_road(
@@ -679,8 +696,8 @@ proptest! {
         let ends = [Ends::Clamped, Ends::Pinned, Ends::Free][ends];
         if let Ok(road) = Strip::new(&sections, element_length, foundation, ends) {
             let System { mass, damping, stiffness } = road.system();
-            for matrix in [mass, damping, stiffness] {
-                prop_assert!(whole(&matrix.to_dense()), "{}", matrix.to_dense());
+            for (name, matrix) in [("M", mass), ("C", damping), ("K", stiffness)] {
+                prop_assert!(whole(&matrix.to_dense()), "{name}");
             }
             prop_assert!(road.nodes().windows(2).all(|pair| pair[0] < pair[1]));
             let form = [Form::Stiffness, Form::State, Form::Integral][form];
@@ -708,7 +725,7 @@ proptest! {
 
     #[test]
     fn any_loads(
-        axles in 0..4_usize,
+        axles in 1..4_usize,
         positions in prop::collection::vec(wild(2.0), 0..24),
         forces in prop::collection::vec(wild(4e4), 0..24),
         even in any::<bool>(),
@@ -719,7 +736,7 @@ proptest! {
     ) {
         let road = strip(4.0, Foundation::Bars, Ends::Clamped);
         let length = if even { positions.len().min(forces.len()) } else { usize::MAX };
-        let length = if even && axles > 0 { length / axles * axles } else { length };
+        let length = if even { length / axles * axles } else { length };
         let positions = &positions[..length.min(positions.len())];
         let forces = &forces[..length.min(forces.len())];
         let hold = if first { Hold::First } else { Hold::Zero };

@@ -22,7 +22,7 @@ use crate::linalg::{DMatrix, add_scaled, multiply_add, multiply_by, zeros};
 use crate::pavement::Weights;
 use crate::pavement::load::TRACK_SHARE;
 use crate::pavement::strip::{Shares, Strip};
-use crate::transition::{Levels, System, Transition, stack};
+use crate::transition::{Levels, System, Transition};
 
 /// Steps that the state goes at a time. More would cost more in preparing than they save on a road
 /// as long as the paper's.
@@ -113,8 +113,8 @@ pub struct Stepper {
 /// What a unit force at one end of a step has done some steps later.
 #[derive(Debug)]
 struct Pulse {
-    /// Displacement and velocity at the end of a block, `2n x n`, by the step it acts in.
-    state: Vec<DMatrix<f64>>,
+    /// Displacement and velocity at the end of a block, each `n x n`, by the step it acts in.
+    state: Vec<[DMatrix<f64>; 2]>,
     /// Deflection at the probes after one step, two steps, ..., one below the other.
     probes: DMatrix<f64>,
 }
@@ -148,7 +148,9 @@ impl Stepper {
         let integrals = first.integrals[..used].to_vec();
         let mut stages = vec![Levels { integrals, ..first.clone() }];
         for _ in 1..BLOCK {
-            stages.push(stages[stages.len() - 1].carry(&phi, first));
+            let mut next = Levels::zeros(n, used);
+            next.carry(&stages[stages.len() - 1], &phi, first);
+            stages.push(next);
         }
         let mut between = zeros((BLOCK - 1) * probes.len(), 2 * n);
         for (i, stage) in stages[..BLOCK - 1].iter().enumerate() {
@@ -209,16 +211,18 @@ impl Pulse {
         let dt = stages[0].time;
         let n = stages[0].rate.nrows();
         let held = |i: usize, level: usize| {
-            let of = |i: usize| stages[i].level(level);
-            let mut out = of(i).clone();
+            let mut out = stages[i].level(level).clone();
             if i > 0 {
-                add_scaled(out.as_mut_slice(), -1.0, of(i - 1).as_slice());
+                add_scaled(out.as_mut_slice(), -1.0, stages[i - 1].level(level).as_slice());
             }
             out
         };
         let grown = |i: usize, level: usize| {
-            let ramp = multiply_by(&held(i, level + 1), 1.0 / dt);
-            if i == 0 { ramp } else { ramp - stages[i - 1].level(level) }
+            let mut out = multiply_by(&held(i, level + 1), 1.0 / dt);
+            if i > 0 {
+                add_scaled(out.as_mut_slice(), -1.0, stages[i - 1].level(level).as_slice());
+            }
+            out
         };
         type Shape<'a> = &'a dyn Fn(usize, usize) -> DMatrix<f64>;
         let shrunk = |i: usize, level: usize| held(i, level) - grown(i, level);
@@ -234,7 +238,7 @@ impl Pulse {
                 if i + 1 < stages.len() {
                     read(probes, &displacement, &mut at_probes, (i * probes.len(), 0));
                 }
-                state.push(stack(&displacement, &shape(i, 1)));
+                state.push([displacement, shape(i, 1)]);
             }
             state.reverse(); // a force in the first step of a block acts on for the longest
             Self { state, probes: at_probes }
@@ -347,7 +351,8 @@ struct Forces([NodalForces; BLOCK + 1]);
 
 impl Forces {
     fn set(&mut self, stepper: &Stepper, loads: &Loads<'_>, start: usize, instants: usize) {
-        for (i, forces) in self.0.iter_mut().enumerate() {
+        let ends = BLOCK - 1 + stepper.pulses.len();
+        for (i, forces) in self.0[..ends].iter_mut().enumerate() {
             forces.0.clear();
             if start + i < instants {
                 forces.set(&stepper.strip, loads, stepper.weights, start + i);
@@ -361,20 +366,19 @@ impl Forces {
         let rows = inner.nrows();
         let inner = &mut inner.as_mut_slice()[column * rows..(column + 1) * rows];
         for (end, pulse) in stepper.pulses.iter().enumerate() {
-            let column_of = |matrix: &'_ DMatrix<f64>, at: usize| {
-                at * matrix.nrows()..(at + 1) * matrix.nrows()
-            };
             for step in 0..BLOCK {
                 let after = &mut inner[step * stepper.probes.len()..];
                 for &(unknown, force) in &self.0[step + end].0 {
-                    let probes = &pulse.probes.as_slice()[column_of(&pulse.probes, unknown)];
-                    add_scaled(after, force, probes);
-                    let moved = &pulse.state[step];
-                    state.push(&moved.as_slice()[column_of(moved, unknown)], force);
+                    add_scaled(after, force, column_of(&pulse.probes, unknown));
+                    state.push(&pulse.state[step], unknown, force);
                 }
             }
         }
     }
+}
+
+fn column_of(matrix: &DMatrix<f64>, column: usize) -> &[f64] {
+    &matrix.as_slice()[column * matrix.nrows()..(column + 1) * matrix.nrows()]
 }
 
 /// The state and all that a block of steps reads, laid out for vectors.
@@ -421,12 +425,12 @@ impl State {
         }
     }
 
-    /// Add a force times what a unit of it makes of the state.
+    /// Add a force on an unknown times what a unit of it makes of displacement and velocity.
     #[inline(always)]
-    fn push(&mut self, unit: &[f64], force: f64) {
+    fn push(&mut self, unit: &[DMatrix<f64>; 2], unknown: usize, force: f64) {
         let half = self.bands.half;
-        for (next, unit) in self.next.iter_mut().zip(unit.chunks_exact(self.n)) {
-            add_scaled(&mut next[half..], force, unit);
+        for (next, unit) in self.next.iter_mut().zip(unit) {
+            add_scaled(&mut next[half..], force, column_of(unit, unknown));
         }
     }
 
