@@ -101,7 +101,7 @@ def draw_worst_instant(axes: Axes, result: Result) -> None:
                 arrowprops={"arrowstyle": "->", "color": _colour(axle)},
             )
     axes.set(xlabel="x [m]", ylabel="deflection [mm]")
-    axes.set_title(f"Deflected shape at t = {result.time[instant]:.3f} s", pad=30)
+    axes.set_title(f"Deflected shape at t = {result.time[instant]:.3f} s", pad=40)
     axes.grid(alpha=0.3)
 
 
@@ -121,7 +121,7 @@ def draw_envelope(axes: Axes, result: Result) -> None:
         label=f"largest deflection {result.max_deflection * MM:.3f} mm",
     )
     axes.set(title="Envelope of the deflection", xlabel="x [m]", ylabel="deflection [mm]")
-    axes.legend(fontsize="small")
+    axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, 0.85))
     axes.grid(alpha=0.3)
 
 
