@@ -65,7 +65,7 @@ impl WinklerBeam {
     /// The steady state at `speed`, m/s.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a property out of range, or, without damping, a speed at or above the
+    /// [`Error::Invalid`](crate::error::Error::Invalid) for a property out of range, or, without damping, a speed at or above the
     /// critical one: there is no steady state then.
     pub fn moving_load(&self, speed: f64) -> Result<MovingLoad> {
         positive("bending_stiffness", self.bending_stiffness, "N m^2")?;
@@ -116,7 +116,8 @@ impl MovingLoad {
         let slowest = self.roots.iter().map(|(s, _)| s.re.abs()).fold(f64::INFINITY, f64::min);
         let (mut low, mut high) = (-8.0 / slowest, 8.0 / slowest);
         // A scan finds the peak, then the golden section narrows it.
-        let points = 4000;
+        let shortest = self.roots.iter().map(|(s, _)| s.im.abs()).fold(slowest, f64::max);
+        let points = ((high - low) * shortest * 4.0).clamp(4000.0, 1e6) as i32;
         let step = (high - low) / f64::from(points);
         let at = |i: i32| low + step * f64::from(i);
         let best =
@@ -190,6 +191,11 @@ impl SimplySupportedBeam {
             let own = k * k * (self.bending_stiffness / self.mass).sqrt();
             let load = k * speed;
             let amplitude = 2.0 * force / (self.mass * self.length) * (k * x).sin();
+            if (own / load - 1.0).abs() < 1e-7 {
+                // At resonance, the limit of the quotient.
+                let phase = own * time;
+                return amplitude * (phase.sin() - phase * phase.cos()) / (2.0 * own * own);
+            }
             amplitude * ((load * time).sin() - load / own * (own * time).sin())
                 / (own * own - load * load)
         };

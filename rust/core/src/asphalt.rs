@@ -47,7 +47,8 @@ pub fn mix_modulus(binder_stiffness: f64, vma: f64) -> Result<f64> {
     check("binder_stiffness", binder_stiffness, "Pa", limits, |e| e > 0.0 && e < 40e9)?;
     check("vma", vma, "%", "above 3 and below 100", |v| v > 3.0 && v < 100.0)?;
     let n = 0.83 * (40e9 / binder_stiffness).log10();
-    Ok(binder_stiffness * (1.0 + (257.5 - 2.5 * vma) / (n * (vma - 3.0))).powf(n))
+    let mix = binder_stiffness * (1.0 + (257.5 - 2.5 * vma) / (n * (vma - 3.0))).powf(n);
+    check("mix stiffness", mix, "Pa", "finite and above 0", |e| e > 0.0)
 }
 
 /// Loading time at `speed`, s, from the speed in m/s.
@@ -55,7 +56,7 @@ pub fn mix_modulus(binder_stiffness: f64, vma: f64) -> Result<f64> {
 /// # Errors
 /// [`Error::Invalid`](crate::error::Error::Invalid) for a speed that is not above 0.
 pub fn loading_time(speed: f64) -> Result<f64> {
-    Ok(TIRE_PRINT / positive("speed", speed, "m/s")?)
+    positive("loading time", TIRE_PRINT / positive("speed", speed, "m/s")?, "s")
 }
 
 #[cfg(test)]

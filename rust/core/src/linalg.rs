@@ -113,7 +113,8 @@ impl Lu {
 
     /// `A^-1`.
     #[must_use]
-    pub fn inverse(&self, n: usize) -> DMatrix<f64> {
+    pub fn inverse(&self) -> DMatrix<f64> {
+        let n = self.0.L().nrows();
         let mut inverse = DMatrix::identity(n, n);
         self.solve_in_place(&mut inverse);
         inverse
@@ -157,6 +158,20 @@ impl Banded {
             banded.add(i, j, a[(i, j)]);
         }
         Ok(banded)
+    }
+
+    /// An error where an entry is not finite.
+    ///
+    /// # Errors
+    /// [`Error::NonFinite`].
+    pub fn check_finite(&self, name: &'static str) -> Result<()> {
+        match self.diagonals.iter().position(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(at) => {
+                let (row, column) = (at % self.n, (at % self.n + at / self.n) - self.half);
+                Err(Error::NonFinite { name, value: self.diagonals[at], row, column })
+            }
+        }
     }
 
     /// Diagonals on each side of the main one.

@@ -35,6 +35,11 @@ const SERIES_NORM: f64 = 1.0;
 
 const INTEGRAL_ADVICE: &str = "; the integral form of the particular response needs no inverse";
 
+/// Highest frequency times `dt` up to which squaring takes `Phi` from `G` and `H` each time. That
+/// multiplies a rounding error of the low modes by the ratio of the frequencies, once a squaring;
+/// above, all four blocks are squared, at three times the cost.
+const BLOCK_FREQUENCY: f64 = 8.0;
+
 /// `M u'' + C u' + K u = f`, each matrix stored by its band.
 #[derive(Debug, Clone, PartialEq)]
 pub struct System {
@@ -70,6 +75,18 @@ impl System {
         })
     }
 
+    fn check(&self) -> Result<()> {
+        let n = self.len();
+        for (name, band) in
+            [("damping matrix", &self.damping), ("stiffness matrix", &self.stiffness)]
+        {
+            if band.len() != n {
+                return Err(Error::Shape { name, got: (band.len(), band.len()), expected: (n, n) });
+            }
+        }
+        Ok(())
+    }
+
     /// Degrees of freedom `n`.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -82,9 +99,10 @@ impl System {
         self.mass.is_empty()
     }
 
-    /// Bound of the 1-norm of `A dt`, with velocities measured in displacement per time step and
-    /// each unknown in units of one over the root of its own mass, so that no unit alters it.
-    fn state_norm(&self, inverse_mass: &DMatrix<f64>, dt: f64) -> Result<f64> {
+    /// Bound of the 1-norm of `A dt`, and of the highest undamped frequency times `dt`, with
+    /// velocities in the units that make the norm least and each unknown in units of one over the
+    /// root of its own mass, so that no unit alters them.
+    fn state_norm(&self, inverse_mass: &DMatrix<f64>, dt: f64) -> Result<(f64, f64)> {
         let scale: Vec<f64> = (0..self.len())
             .map(|i| self.mass.get(i, i).abs().sqrt().max(f64::MIN_POSITIVE))
             .collect();
@@ -93,17 +111,20 @@ impl System {
             let columns = product.as_slice().chunks_exact(self.len()).zip(&scale);
             columns
                 .map(|(c, s)| c.iter().zip(&scale).map(|(x, r)| x.abs() * r).sum::<f64>() / s)
-                .fold(0.0, f64::max)
+                .fold(0.0, |largest, sum| if sum > largest || sum.is_nan() { sum } else { largest })
         };
-        let norm = (dt * dt * norm_of(&self.stiffness)).max(1.0 + dt * norm_of(&self.damping));
-        check("norm of the state matrix times dt", norm, "", "below 1e15", |norm| norm < 1e15)
+        let (k, c) = (dt * dt * norm_of(&self.stiffness), dt * norm_of(&self.damping));
+        // |[0 s; k/s c]| is least where s = k/s + c.
+        let norm = 0.5 * (c + (c * c + 4.0 * k).sqrt());
+        check("norm of the state matrix times dt", norm, "", "below 1e15", |norm| norm < 1e15)?;
+        Ok((norm, k.sqrt()))
     }
 }
 
 /// How the series of eq. (11) was summed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Series {
-    /// Bound of the 1-norm of `A dt`, velocities scaled by the time step.
+    /// Bound of the 1-norm of `A dt`, velocities scaled to make it least.
     pub norm: f64,
     /// Terms of the Taylor series, the unit matrix left out.
     pub terms: usize,
@@ -165,6 +186,20 @@ impl Phi {
         stiffness.left_multiply_add(-1.0, g, &mut self.vu);
         self.uu.copy_from(&self.vv);
         damping.left_multiply_add(1.0, g, &mut self.uu);
+    }
+
+    fn squared(&self) -> Self {
+        let product = |a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, d: &DMatrix<f64>| {
+            let mut out = multiply(a, b);
+            multiply_add(&mut out, 1.0, c, d);
+            out
+        };
+        Self {
+            uu: product(&self.uu, &self.uu, &self.uv, &self.vu),
+            uv: product(&self.uu, &self.uv, &self.uv, &self.vv),
+            vu: product(&self.vu, &self.uu, &self.vv, &self.vu),
+            vv: product(&self.vu, &self.uv, &self.vv, &self.vv),
+        }
     }
 
     /// As one `2n x 2n` matrix.
@@ -250,7 +285,7 @@ impl Levels {
         let mut term = multiply_by(inverse_mass, time);
         // The velocity needs one term more than the displacement.
         for k in 1..=terms + 1 {
-            go_on(watch, k, terms)?;
+            go_on(watch, k - 1, terms)?;
             let order = k as f64;
             let mut factor = order / time;
             let levels = [&mut rate, &mut impulse].into_iter().chain(&mut integrals);
@@ -286,23 +321,30 @@ impl Transition {
     /// [`Error::Singular`] for the mass matrix and for the matrix that `form` inverts,
     /// [`Error::NonFinite`] where the response overflows, and [`Error::Stopped`].
     pub fn new(system: System, dt: f64, form: Form, watch: &mut Watch<'_>) -> Result<Self> {
-        positive("time step dt", dt, "s")?;
+        check("time step dt", dt, "s", "1e-12 to 1e6", |dt| (1e-12..=1e6).contains(&dt))?;
+        system.check()?;
         let n = system.len();
         check("number of free unknowns", n as f64, "", "at least 1", |n| n >= 1.0)?;
         if n > DENSE_LIMIT {
             return Err(Error::TooLarge { unknowns: n, limit: DENSE_LIMIT });
         }
-        let inverse_mass = Lu::new("mass matrix", &system.mass.to_dense(), "")?.inverse(n);
-        let series = Series::plan(system.state_norm(&inverse_mass, dt)?);
+        let inverse_mass = Lu::new("mass matrix", &system.mass.to_dense(), "")?.inverse();
+        let (norm, frequency) = system.state_norm(&inverse_mass, dt)?;
+        let series = Series::plan(norm);
         let start = dt / f64::from(series.squarings).exp2();
         let depth = if form == Form::Integral { 2 } else { 0 };
         let mut levels = Levels::series(&system, &inverse_mass, start, series.terms, depth, watch)?;
         let (mut phi, mut doubled) = (Phi::zeros(n), Levels::zeros(n, depth));
+        phi.set(&system, &levels);
         for squaring in 0..series.squarings as usize {
             go_on(watch, squaring, series.squarings as usize)?;
-            phi.set(&system, &levels);
             doubled.carry(&levels, &phi, &levels);
             std::mem::swap(&mut levels, &mut doubled);
+            if frequency > BLOCK_FREQUENCY {
+                phi = phi.squared();
+            } else {
+                phi.set(&system, &levels);
+            }
         }
         levels.time = dt;
         check_finite("transition matrix", &levels.impulse)?;
@@ -311,6 +353,9 @@ impl Transition {
             Form::Integral => {}
             Form::Stiffness => levels.integrals = by_stiffness(&system, &levels)?,
             Form::State => levels.integrals = by_state(&system, &inverse_mass, &levels)?,
+        }
+        for integral in &levels.integrals {
+            check_finite("particular response", integral)?;
         }
         Ok(Self { system, series, levels })
     }
@@ -322,6 +367,7 @@ impl Transition {
     /// [`Error::Invalid`] for the time or where `J` or `Q` is missing.
     pub fn from_levels(system: System, series: Series, levels: Levels) -> Result<Self> {
         positive("time step dt", levels.time, "s")?;
+        system.check()?;
         check("integrals", levels.integrals.len() as f64, "", "J and Q", |found| found == 2.0)?;
         let expected = (system.len(), system.len());
         for number in 0..4 {
@@ -396,7 +442,7 @@ fn stack(upper: &DMatrix<f64>, lower: &DMatrix<f64>) -> DMatrix<f64> {
 fn by_stiffness(system: &System, levels: &Levels) -> Result<Vec<DMatrix<f64>>> {
     let n = system.len();
     let lu = Lu::new("stiffness matrix", &system.stiffness.to_dense(), INTEGRAL_ADVICE)?;
-    let inverse = lu.inverse(n);
+    let inverse = lu.inverse();
     let integrate = |constant: f64, before: &DMatrix<f64>, level: &DMatrix<f64>| {
         let mut rest = DMatrix::from_diagonal_element(n, n, constant);
         system.mass.left_multiply_add(-1.0, before, &mut rest);

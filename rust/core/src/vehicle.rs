@@ -150,6 +150,8 @@ impl Vehicle {
     /// [`Error::Invalid`] for a property out of range, a reference to no body, or a tire that does
     /// not press on the road at rest; [`Error::Singular`] where a body is not held up.
     pub fn new(bodies: &[Body], springs: &[Spring], tires: &[Tire]) -> Result<Self> {
+        check("bodies", bodies.len() as f64, "", "at least 1", |bodies| bodies >= 1.0)?;
+        check("tires", tires.len() as f64, "", "at least 1", |tires| tires >= 1.0)?;
         let frame = Frame::new(bodies)?;
         let n = frame.n;
         let mut mass = DMatrix::zeros(n, n);
@@ -237,8 +239,10 @@ impl Vehicle {
     ) -> Result<Vec<f64>> {
         positive("speed", run.speed, "m/s")?;
         check("start", run.start, "m", "finite", |_| true)?;
+        let total = run.skip.saturating_add(run.steps);
+        check("steps", total as f64, "", "at most 1e9", |steps| steps <= 1e9)?;
         let transition =
-            Transition::new(self.system.clone(), run.dt, Form::Stiffness, &mut |_, _| true)?;
+            Transition::new(self.system.clone(), run.dt, Form::Integral, &mut |_, _| true)?;
         let (gamma, ramp) = (transition.gamma(), transition.ramp());
         let inputs: Vec<_> = self.rows.iter().map(|row| (&gamma * row, &ramp * row)).collect();
         let phi = transition.phi().to_dense();
@@ -247,7 +251,6 @@ impl Vehicle {
         let mut next = state.clone();
         let mut wheels: Vec<Wheel<'_>> = self.tires.iter().map(|_| Wheel::new(profile)).collect();
         let mut forces = Vec::with_capacity((run.steps + 1) * self.tires.len());
-        let total = run.skip + run.steps;
         for step in 0..=total {
             if step % 1024 == 0 {
                 go_on(watch, step, total)?;
@@ -274,7 +277,7 @@ impl Vehicle {
         match forces.iter().position(|force| !force.is_finite()) {
             None => Ok(forces),
             Some(at) => {
-                let step = at / self.tires.len();
+                let step = run.skip + at / self.tires.len();
                 let time = step as f64 * run.dt;
                 Err(Error::Diverged { quantity: "tire force", step, time })
             }
@@ -287,8 +290,8 @@ impl Vehicle {
 pub enum Interpolation {
     /// Straight lines between samples.
     Linear,
-    /// The elevation of a sample up to the next one (the paper's segments of constant elevation):
-    /// no vertical velocity of the road but the jumps.
+    /// The elevation of a sample up to the next one (the paper's segments of constant elevation).
+    /// The road has no vertical velocity within a segment, and dampers do not feel the jumps.
     Staircase,
 }
 
@@ -385,7 +388,9 @@ impl<'a> Wheel<'a> {
                     from = stations[sample + 1];
                     sample += 1;
                 }
-                let mean = (sum + (z[sample] - z[0]) * (ahead - from)) / (ahead - x);
+                sum += (z[sample] - z[0]) * (ahead - from);
+                // So far out that a step is lost in rounding, the road is level.
+                let mean = if ahead > x { sum / (ahead - x) } else { z[sample] - z[0] };
                 let elevation = z[self.sample] - z[0];
                 Contact { elevation, velocity: 0.0, begin: mean, end: mean, mean_velocity: 0.0 }
             }

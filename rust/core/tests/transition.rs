@@ -430,3 +430,32 @@ fn a_long_sum_can_be_stopped() {
     assert!(matches!(error, Error::Stopped { .. }), "{error}");
     assert_eq!(calls, 5);
 }
+
+/// Without damping the energy of any state stays what it is, also where the stiffest mode turns a
+/// thousand times in a step: squaring may lose digits in proportion to those turns, not more.
+#[test]
+fn a_long_step_of_a_stiff_system_keeps_the_energy() {
+    let bed = Bed { stiffness: 0.0, damping: 0.0, mass: 0.0 };
+    let section = Section {
+        length: 25.0,
+        bending_stiffness: 3.5e10 * 1.3901,
+        bending_damping: 0.0,
+        mass: 18_358.0,
+        bed,
+    };
+    let strip = Strip::new(&[section], 0.3125, Foundation::Winkler, Ends::Pinned).unwrap();
+    let System { mass, stiffness, .. } = strip.system();
+    let (mass, stiffness) = (mass.to_dense(), stiffness.to_dense());
+    let n = mass.nrows();
+    let energy = |state: &DMatrix<f64>| {
+        let (u, v) = (state.rows(0, n), state.rows(n, n));
+        (u.transpose() * &stiffness * u + v.transpose() * &mass * v)[0]
+    };
+    let mut state = DMatrix::zeros(2 * n, 1);
+    state.view_mut((n, 0), (n, 1)).copy_from(&scatter(n, 1, 7));
+    for dt in [1e-4, 1e-3, 8e-3] {
+        let phi = transition(strip.system(), dt, Form::Integral).unwrap().phi().to_dense();
+        let ratio = energy(&(phi * &state)) / energy(&state);
+        assert!((ratio - 1.0).abs() < 1e-7, "dt {dt}: {ratio}");
+    }
+}

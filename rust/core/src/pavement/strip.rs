@@ -143,7 +143,8 @@ impl Strip {
             let start = nodes[nodes.len() - 1];
             // A length that is a whole number of elements but for rounding gets just those.
             let count = (section.length / element_length - 1e-9).ceil().max(1.0);
-            check("number of elements", count, "", "at most 10 million", |count| count <= 1e7)?;
+            let total = elements.len() as f64 + count;
+            check("number of elements", total, "", "at most a million", |total| total <= 1e6)?;
             let count = count as usize;
             nodes.extend((1..=count).map(|i| start + section.length * i as f64 / count as f64));
             elements.extend(std::iter::repeat_n((section, section.length / count as f64), count));
@@ -174,6 +175,9 @@ impl Strip {
             damping: damping.restrict(&free, n),
             stiffness: stiffness.restrict(&free, n),
         };
+        system.mass.check_finite("mass matrix")?;
+        system.damping.check_finite("damping matrix")?;
+        system.stiffness.check_finite("stiffness matrix")?;
         Ok(Self { nodes, free, system })
     }
 
@@ -193,12 +197,6 @@ impl Strip {
     #[must_use]
     pub fn system(&self) -> &System {
         &self.system
-    }
-
-    /// The number, in the free system, of the displacement of a node; `None` where it is held.
-    #[must_use]
-    pub fn displacement(&self, node: usize) -> Option<usize> {
-        self.free[2 * node]
     }
 
     /// How a unit force at `x` is shared, or nothing off the road.

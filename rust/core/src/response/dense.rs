@@ -17,7 +17,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::record::{Extremes, Keep, Record};
-use crate::error::{Error, Result, Watch, go_on};
+use crate::error::{Error, Result, Watch, check, go_on};
 use crate::linalg::{DMatrix, add_scaled, multiply_add, multiply_by, zeros};
 use crate::pavement::Weights;
 use crate::pavement::load::TRACK_SHARE;
@@ -53,8 +53,9 @@ pub struct Loads<'a> {
 
 impl Loads<'_> {
     fn check(&self) -> Result<usize> {
-        let instants = self.positions.len().checked_div(self.axles).unwrap_or(0);
-        let expected = (instants.max(1), self.axles.max(1));
+        check("number of axles", self.axles as f64, "", "at least 1", |axles| axles >= 1.0)?;
+        let instants = self.positions.len() / self.axles;
+        let expected = (instants.max(1), self.axles);
         for (name, values) in [("axle positions", self.positions), ("axle forces", self.forces)] {
             if values.len() != expected.0 * expected.1 {
                 return Err(Error::Shape { name, got: (values.len(), 1), expected });
@@ -123,19 +124,19 @@ impl Stepper {
     /// Carry the transition over a block of steps and read it at the nodes and stations.
     ///
     /// # Errors
-    /// [`Error::Shape`] where the transition is not that of the strip, [`Error::Invalid`] for a
-    /// station off the road.
+    /// [`Error::Invalid`] where the transition is not that of the strip, or for a station off the
+    /// road.
     pub fn new(
         strip: Strip,
         transition: Transition,
         (weights, hold): (Weights, Hold),
         keep: &Keep,
     ) -> Result<Self> {
-        let (n, size) = (strip.system().len(), transition.system().len());
-        if size != n {
-            let name = "transition matrix";
-            return Err(Error::Shape { name, got: (size, size), expected: (n, n) });
+        if transition.system() != strip.system() {
+            let (name, value) = ("transition".to_owned(), "that of another system".to_owned());
+            return Err(Error::Invalid { name, value, allowed: "that of the strip".to_owned() });
         }
+        let n = strip.system().len();
         let probes = keep.probes(&strip)?;
         let first_kept = if keep.nodes { 0 } else { strip.nodes().len() };
         let every = keep.every;
