@@ -31,6 +31,19 @@ pub struct MovingLoad {
 }
 
 impl WinklerBeam {
+    /// Check the properties.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::error::Error::Invalid) for one out of range.
+    pub fn check(&self) -> Result<()> {
+        positive("bending_stiffness", self.bending_stiffness, "N m^2")?;
+        not_negative("bending_damping", self.bending_damping, "N m^2 s")?;
+        positive("mass", self.mass, "kg/m")?;
+        not_negative("damping", self.damping, "N s/m^2")?;
+        positive("stiffness", self.stiffness, "N/m^2")?;
+        Ok(())
+    }
+
     /// `lambda = (k / 4 EI)^(1/4)`, 1/m: the decay of the static deflection.
     #[must_use]
     pub fn decay(&self) -> f64 {
@@ -68,11 +81,7 @@ impl WinklerBeam {
     /// [`Error::Invalid`](crate::error::Error::Invalid) for a property out of range, or, without damping, a speed at or above the
     /// critical one: there is no steady state then.
     pub fn moving_load(&self, speed: f64) -> Result<MovingLoad> {
-        positive("bending_stiffness", self.bending_stiffness, "N m^2")?;
-        not_negative("bending_damping", self.bending_damping, "N m^2 s")?;
-        not_negative("mass", self.mass, "kg/m")?;
-        not_negative("damping", self.damping, "N s/m^2")?;
-        positive("stiffness", self.stiffness, "N/m^2")?;
+        self.check()?;
         not_negative("speed", speed, "m/s")?;
         if self.damping == 0.0 && self.bending_damping == 0.0 {
             let allowed = "below the critical speed, as nothing damps the beam";
@@ -136,7 +145,10 @@ impl MovingLoad {
 
 /// Roots of `sum c_i s^i`, by the simultaneous iteration of Durand and Kerner.
 fn roots(coefficients: &[f64]) -> Vec<Complex<f64>> {
-    let degree = coefficients.iter().rposition(|c| *c != 0.0).unwrap_or(0);
+    let largest = coefficients.iter().fold(0.0_f64, |largest, c| largest.max(c.abs()));
+    // A negligible leading term has its root so far out that it decays at once.
+    let counts = |c: &f64| c.abs() > 1e-13 * largest;
+    let degree = coefficients.iter().rposition(counts).unwrap_or(0);
     let leading = coefficients[degree];
     let value = |s: Complex<f64>| {
         let horner = |value: Complex<f64>, c: &f64| value * s + c / leading;
@@ -173,6 +185,17 @@ pub struct SimplySupportedBeam {
 }
 
 impl SimplySupportedBeam {
+    /// Check the properties.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::error::Error::Invalid) for one out of range.
+    pub fn check(&self) -> Result<()> {
+        positive("length", self.length, "m")?;
+        positive("bending_stiffness", self.bending_stiffness, "N m^2")?;
+        positive("mass", self.mass, "kg/m")?;
+        Ok(())
+    }
+
     /// Static deflection at mid-span under a force there, m: `P L^3 / 48 EI`.
     #[must_use]
     pub fn static_deflection(&self, force: f64) -> f64 {

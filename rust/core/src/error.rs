@@ -54,6 +54,20 @@ pub enum Error {
         /// What to do about it, or nothing.
         advice: &'static str,
     },
+    /// A difference of nearly equal numbers leaves too few digits.
+    #[error(
+        "the {name} by the {form} form is lost in rounding, relative error {error:.1e}{advice}"
+    )]
+    Cancelled {
+        /// What was to be computed.
+        name: &'static str,
+        /// The form it was computed by.
+        form: &'static str,
+        /// Estimate of its relative error.
+        error: f64,
+        /// What to do about it, or nothing.
+        advice: &'static str,
+    },
     /// The response grew beyond what a double can hold.
     #[error("the {quantity} is not finite after step {step} (t = {time} s)")]
     Diverged {
@@ -74,6 +88,12 @@ pub enum Error {
         unknowns: usize,
         /// Degrees of freedom accepted.
         limit: usize,
+    },
+    /// The machine has no room for what is to be kept.
+    #[error("no memory for the {gigabytes:.1} GB that are to be kept")]
+    NoMemory {
+        /// What was asked for.
+        gigabytes: f64,
     },
     /// The caller asked the run to stop.
     #[error("stopped by the caller after step {step} of {steps}")]
@@ -101,8 +121,14 @@ impl Error {
     #[must_use]
     pub fn kind(&self) -> Kind {
         match self {
-            Self::Invalid { .. } | Self::Shape { .. } | Self::TooLarge { .. } => Kind::Input,
-            Self::NonFinite { .. } | Self::Singular { .. } | Self::Diverged { .. } => Kind::Solver,
+            Self::Invalid { .. }
+            | Self::Shape { .. }
+            | Self::TooLarge { .. }
+            | Self::NoMemory { .. } => Kind::Input,
+            Self::NonFinite { .. }
+            | Self::Singular { .. }
+            | Self::Cancelled { .. }
+            | Self::Diverged { .. } => Kind::Solver,
             Self::Stopped { .. } => Kind::Stopped,
         }
     }
@@ -125,7 +151,7 @@ pub(crate) fn check(
     let space = if unit.is_empty() { "" } else { " " };
     Err(Error::Invalid {
         name: name.to_owned(),
-        value: format!("{value}{space}{unit}"),
+        value: format!("{value:?}{space}{unit}"),
         allowed: allowed.to_owned(),
     })
 }
@@ -146,4 +172,10 @@ pub type Watch<'a> = dyn FnMut(usize, usize) -> bool + 'a;
 /// Tell the watcher; an error if it wants to stop.
 pub(crate) fn go_on(watch: &mut Watch<'_>, step: usize, steps: usize) -> Result<()> {
     if watch(step, steps) { Ok(()) } else { Err(Error::Stopped { step, steps }) }
+}
+
+/// Make room for `count` numbers, or say that there is none.
+pub(crate) fn reserve(values: &mut Vec<f64>, count: usize) -> Result<()> {
+    let gigabytes = count as f64 * 8e-9;
+    values.try_reserve_exact(count).map_err(|_| Error::NoMemory { gigabytes })
 }

@@ -33,12 +33,13 @@ pub const DENSE_LIMIT: usize = 2000;
 /// as many correct digits as the squaring it saves.
 const SERIES_NORM: f64 = 1.0;
 
+const STIFFNESS: &str = "stiffness matrix";
 const INTEGRAL_ADVICE: &str = "; the integral form of the particular response needs no inverse";
 
 /// Highest frequency times `dt` up to which squaring takes `Phi` from `G` and `H` each time. That
 /// multiplies a rounding error of the low modes by the ratio of the frequencies, once a squaring;
 /// above, all four blocks are squared, at three times the cost.
-const BLOCK_FREQUENCY: f64 = 8.0;
+const BLOCK_FREQUENCY: f64 = 3.0;
 
 /// `M u'' + C u' + K u = f`, each matrix stored by its band.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,13 +57,16 @@ impl System {
     ///
     /// # Errors
     /// [`Error::Shape`] where a matrix is not square or differs in size from the mass matrix,
-    /// [`Error::NonFinite`].
+    /// [`Error::TooLarge`] above [`DENSE_LIMIT`], [`Error::NonFinite`].
     pub fn from_dense(
         mass: &DMatrix<f64>,
         damping: &DMatrix<f64>,
         stiffness: &DMatrix<f64>,
     ) -> Result<Self> {
         let expected = mass.shape();
+        if expected.1 > DENSE_LIMIT {
+            return Err(Error::TooLarge { unknowns: expected.1, limit: DENSE_LIMIT });
+        }
         for (name, matrix) in [("damping matrix", damping), ("stiffness matrix", stiffness)] {
             if matrix.shape() != expected {
                 return Err(Error::Shape { name, got: matrix.shape(), expected });
@@ -188,7 +192,30 @@ impl Phi {
         damping.left_multiply_add(1.0, g, &mut self.uu);
     }
 
-    fn squared(&self) -> Self {
+    /// `Phi^2 = I + 2 Y + Y^2` with `Y = Phi - I`, which keeps the digits of what is near one.
+    fn squared(mut self) -> Self {
+        let n = self.uu.nrows();
+        let shift = |by: f64, phi: &mut Self| {
+            for i in 0..n {
+                phi.uu[(i, i)] += by;
+                phi.vv[(i, i)] += by;
+            }
+        };
+        shift(-1.0, &mut self);
+        let mut square = self.product();
+        for (square, once) in square.blocks_mut().into_iter().zip(self.blocks_mut()) {
+            add_scaled(square.as_mut_slice(), 2.0, once.as_slice());
+        }
+        shift(1.0, &mut square);
+        square
+    }
+
+    fn blocks_mut(&mut self) -> [&mut DMatrix<f64>; 4] {
+        [&mut self.uu, &mut self.uv, &mut self.vu, &mut self.vv]
+    }
+
+    /// This matrix times itself.
+    fn product(&self) -> Self {
         let product = |a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, d: &DMatrix<f64>| {
             let mut out = multiply(a, b);
             multiply_add(&mut out, 1.0, c, d);
@@ -238,22 +265,37 @@ impl Levels {
     ///
     /// A level and the one before it are the displacement and velocity of a motion, which `phi`
     /// carries on; an integral adds to that what it had gathered by `after.time`.
-    pub(crate) fn carry(&mut self, before: &Self, phi: &Phi, after: &Self) {
+    ///
+    /// # Errors
+    /// [`Error::Stopped`].
+    pub(crate) fn carry(
+        &mut self,
+        before: &Self,
+        phi: &Phi,
+        after: &Self,
+        watch: &mut Watch<'_>,
+    ) -> Result<()> {
+        let mut product =
+            |out: &mut DMatrix<f64>, u: &DMatrix<f64>, x: &_, v: &DMatrix<f64>, w: &_| {
+                go_on(watch, 0, 0)?;
+                multiply_into(out, u, x);
+                go_on(watch, 0, 0)?;
+                multiply_add(out, 1.0, v, w);
+                Ok::<(), Error>(())
+            };
         let (h, g) = (&before.rate, &before.impulse);
         self.time = before.time + after.time;
-        multiply_into(&mut self.rate, &phi.vu, g);
-        multiply_add(&mut self.rate, 1.0, &phi.vv, h);
-        multiply_into(&mut self.impulse, &phi.uu, g);
-        multiply_add(&mut self.impulse, 1.0, &phi.uv, h);
+        product(&mut self.rate, &phi.vu, g, &phi.vv, h)?;
+        product(&mut self.impulse, &phi.uu, g, &phi.uv, h)?;
         for (i, next) in self.integrals.iter_mut().enumerate() {
-            multiply_into(next, &phi.uu, before.level(i + 2));
-            multiply_add(next, 1.0, &phi.uv, before.level(i + 1));
+            product(next, &phi.uu, before.level(i + 2), &phi.uv, before.level(i + 1))?;
             let mut factor = 1.0;
             for (power, gathered) in after.integrals[..=i].iter().rev().enumerate() {
                 add_scaled(next.as_mut_slice(), factor, gathered.as_slice());
                 factor *= before.time / (power + 1) as f64;
             }
         }
+        Ok(())
     }
 
     /// `H`, `G`, `J` or `Q`, by number from 0.
@@ -338,7 +380,7 @@ impl Transition {
         phi.set(&system, &levels);
         for squaring in 0..series.squarings as usize {
             go_on(watch, squaring, series.squarings as usize)?;
-            doubled.carry(&levels, &phi, &levels);
+            doubled.carry(&levels, &phi, &levels, watch)?;
             std::mem::swap(&mut levels, &mut doubled);
             if frequency > BLOCK_FREQUENCY {
                 phi = phi.squared();
@@ -358,6 +400,20 @@ impl Transition {
             check_finite("particular response", integral)?;
         }
         Ok(Self { system, series, levels })
+    }
+
+    /// The transition by the stiffness form or, where that is singular or lost in rounding, by the
+    /// integral form.
+    ///
+    /// # Errors
+    /// As [`Transition::new`].
+    pub fn of(system: &System, dt: f64, watch: &mut Watch<'_>) -> Result<Self> {
+        match Self::new(system.clone(), dt, Form::Stiffness, watch) {
+            Err(Error::Singular { name: STIFFNESS, .. } | Error::Cancelled { .. }) => {
+                Self::new(system.clone(), dt, Form::Integral, watch)
+            }
+            found => found,
+        }
     }
 
     /// A transition computed before, as [`Transition::levels`] and [`Transition::series`] gave it.
@@ -441,8 +497,11 @@ fn stack(upper: &DMatrix<f64>, lower: &DMatrix<f64>) -> DMatrix<f64> {
 /// twice: `J = (I - H M - G C) K^-1`, which is `(I - Phi_uu) K^-1`, and `Q = (dt I - G M - J C) K^-1`.
 fn by_stiffness(system: &System, levels: &Levels) -> Result<Vec<DMatrix<f64>>> {
     let n = system.len();
-    let lu = Lu::new("stiffness matrix", &system.stiffness.to_dense(), INTEGRAL_ADVICE)?;
+    let lu = Lu::new(STIFFNESS, &system.stiffness.to_dense(), INTEGRAL_ADVICE)?;
     let inverse = lu.inverse();
+    // J is this inverse times a difference of unit matrices: rounding leaves it this much.
+    let step_size = levels.impulse.amax() * levels.time;
+    check_digits("stiffness", f64::EPSILON * inverse.amax() / step_size)?;
     let integrate = |constant: f64, before: &DMatrix<f64>, level: &DMatrix<f64>| {
         let mut rest = DMatrix::from_diagonal_element(n, n, constant);
         system.mass.left_multiply_add(-1.0, before, &mut rest);
@@ -452,6 +511,17 @@ fn by_stiffness(system: &System, levels: &Levels) -> Result<Vec<DMatrix<f64>>> {
     let step = integrate(1.0, &levels.rate, &levels.impulse);
     let ramp = integrate(levels.time, &levels.impulse, &step);
     Ok(vec![step, ramp])
+}
+
+/// Most relative error accepted in a particular response that is a small difference.
+const CANCELLATION_LIMIT: f64 = 1e-12;
+
+fn check_digits(form: &'static str, error: f64) -> Result<()> {
+    if error < CANCELLATION_LIMIT {
+        return Ok(());
+    }
+    let name = "particular response";
+    Err(Error::Cancelled { name, form, error, advice: INTEGRAL_ADVICE })
 }
 
 /// `J` and `Q` from `[J; G] = A^-1 ([G; H] - B)` and `[Q; J] = A^-1 ([J; G] - dt B)`.
@@ -468,6 +538,9 @@ fn by_state(
         a.view_mut((n, column), (n, n)).copy_from(&-block);
     }
     let lu = Lu::new("state matrix A", &a, INTEGRAL_ADVICE)?;
+    let step_size = levels.impulse.amax() * levels.time;
+    let slowness = lu.inverse().view((0, 0), (n, 2 * n)).amax();
+    check_digits("state", f64::EPSILON * slowness * levels.impulse.amax() / step_size)?;
     let mut state = stack(&levels.impulse, &levels.rate);
     let mut integrate = |constant: f64| {
         let mut lower = state.rows_mut(n, n);

@@ -10,7 +10,7 @@
 
 use nalgebra::DVector;
 
-use crate::error::{Error, Result, Watch, check, go_on, not_negative, positive};
+use crate::error::{Error, Result, Watch, check, go_on, not_negative, positive, reserve};
 use crate::linalg::{DMatrix, Lu};
 use crate::transition::{Form, System, Transition};
 
@@ -250,7 +250,8 @@ impl Vehicle {
         let mut state = DVector::zeros(2 * n);
         let mut next = state.clone();
         let mut wheels: Vec<Wheel<'_>> = self.tires.iter().map(|_| Wheel::new(profile)).collect();
-        let mut forces = Vec::with_capacity((run.steps + 1) * self.tires.len());
+        let mut forces = Vec::new();
+        reserve(&mut forces, (run.steps + 1) * self.tires.len())?;
         for step in 0..=total {
             if step % 1024 == 0 {
                 go_on(watch, step, total)?;
@@ -335,13 +336,13 @@ impl<'a> Profile<'a> {
             });
         }
         for (name, values) in [("station", x), ("elevation", z)] {
-            for (i, value) in values.iter().enumerate() {
-                check(&format!("{name} {i}"), *value, "m", "finite", |_| true)?;
+            if let Some(i) = values.iter().position(|value| !value.is_finite()) {
+                check(&format!("{name} {i}"), values[i], "m", "finite", |_| true)?;
             }
         }
-        for (i, pair) in x.windows(2).enumerate() {
-            let allowed = format!("above the one before it, {} m", pair[0]);
-            check(&format!("station {}", i + 1), pair[1], "m", &allowed, |x| x > pair[0])?;
+        if let Some(i) = x.windows(2).position(|pair| pair[1] <= pair[0]) {
+            let allowed = format!("above the one before it, {:?} m", x[i]);
+            check(&format!("station {}", i + 1), x[i + 1], "m", &allowed, |_| false)?;
         }
         Ok(Self { x, z, interpolation })
     }
@@ -371,7 +372,9 @@ impl<'a> Wheel<'a> {
     /// The step from `x` to `x + speed dt`.
     fn roll(&mut self, x: f64, speed: f64, dt: f64) -> Contact {
         let ahead = x + speed * dt;
-        self.sample = self.last_sample_before(x, self.sample);
+        // A sample that a wheel stands on but for rounding is reached, whatever the origin of x.
+        let reached = x + 1e-6 * speed * dt;
+        self.sample = self.last_sample_before(reached, self.sample);
         match self.profile.interpolation {
             Interpolation::Linear => {
                 let (elevation, slope) = self.line(self.sample, x);

@@ -23,7 +23,8 @@ fn run(
     let transition =
         Transition::new(strip.system().clone(), dt, Form::Integral, &mut |_, _| true).unwrap();
     let keep = Keep { nodes: false, stations: stations.to_vec(), every: 1 };
-    let stepper = Stepper::new(strip.clone(), transition, (weights, hold), &keep).unwrap();
+    let stepper =
+        Stepper::new(strip.clone(), transition, (weights, hold), &keep, &mut |_, _| true).unwrap();
     let (positions, forces): (Vec<_>, Vec<_>) = (0..instants)
         .map(|step| axle(step as f64 * dt))
         // Half of an axle's force goes into a track.
@@ -70,8 +71,14 @@ fn nominal_case_of_the_paper() {
         let system = strip.system().clone();
         let transition = Transition::new(system, dt, form, &mut |_, _| true).unwrap();
         let keep = Keep { nodes: false, stations: vec![12.5], every: 1 };
-        let stepper =
-            Stepper::new(strip.clone(), transition, (Weights::Linear, Hold::Zero), &keep).unwrap();
+        let stepper = Stepper::new(
+            strip.clone(),
+            transition,
+            (Weights::Linear, Hold::Zero),
+            &keep,
+            &mut |_, _| true,
+        )
+        .unwrap();
         let record = stepper.run(&loads, &mut |_, _| true).unwrap();
         let envelope = &record.envelope;
         let lowest = envelope.lowest.iter().copied().fold(0.0, f64::min);

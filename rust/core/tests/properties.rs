@@ -51,7 +51,13 @@ impl Passage {
     }
 
     fn run(&self, strip: &Strip, dt: f64, scheme: (Weights, Hold), keep: &Keep) -> Record {
-        let stepper = Stepper::new(strip.clone(), transition(strip.system(), dt), scheme, keep);
+        let stepper = Stepper::new(
+            strip.clone(),
+            transition(strip.system(), dt),
+            scheme,
+            keep,
+            &mut |_, _| true,
+        );
         let Self { axles, positions, forces } = self;
         let loads = Loads { axles: *axles, positions, forces };
         stepper.unwrap().run(&loads, &mut |_, _| true).unwrap()
@@ -743,7 +749,7 @@ proptest! {
         let weights = if hermite { Weights::Hermite } else { Weights::Linear };
         let keep = Keep { nodes: hermite, stations: places, every };
         let transition = transition(road.system(), 1e-3);
-        if let Ok(stepper) = Stepper::new(road, transition, (weights, hold), &keep) {
+        if let Ok(stepper) = Stepper::new(road, transition, (weights, hold), &keep, &mut |_, _| true) {
             let loads = Loads { axles, positions, forces };
             if let Ok(record) = stepper.run(&loads, &mut |_, _| true) {
                 let envelope = record.envelope.lowest.iter().chain(&record.envelope.highest);
@@ -813,7 +819,7 @@ fn no_axle_is_an_error() {
     let road = strip(4.0, Foundation::Bars, Ends::Clamped);
     let transition = transition(road.system(), 1e-3);
     let scheme = (Weights::Linear, Hold::Zero);
-    let stepper = Stepper::new(road, transition, scheme, &stations(&[])).unwrap();
+    let stepper = Stepper::new(road, transition, scheme, &stations(&[]), &mut |_, _| true).unwrap();
     for values in [vec![], vec![1.0], vec![f64::NAN], vec![1.0, 2.0]] {
         let loads = Loads { axles: 0, positions: &values, forces: &values };
         assert!(stepper.run(&loads, &mut |_, _| true).is_err(), "{values:?}");

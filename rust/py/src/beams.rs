@@ -19,14 +19,16 @@ impl WinklerBeam {
         mass: f64,
         damping: f64,
         stiffness: f64,
-    ) -> Self {
-        Self(analytical::WinklerBeam {
+    ) -> PyResult<Self> {
+        let beam = analytical::WinklerBeam {
             bending_stiffness,
             bending_damping,
             mass,
             damping,
             stiffness,
-        })
+        };
+        beam.check().map_err(|error| exception(&error))?;
+        Ok(Self(beam))
     }
 
     #[getter]
@@ -78,8 +80,10 @@ pub(crate) struct SimplySupportedBeam(analytical::SimplySupportedBeam);
 impl SimplySupportedBeam {
     #[new]
     #[pyo3(signature = (*, length, bending_stiffness, mass))]
-    fn new(length: f64, bending_stiffness: f64, mass: f64) -> Self {
-        Self(analytical::SimplySupportedBeam { length, bending_stiffness, mass })
+    fn new(length: f64, bending_stiffness: f64, mass: f64) -> PyResult<Self> {
+        let beam = analytical::SimplySupportedBeam { length, bending_stiffness, mass };
+        beam.check().map_err(|error| exception(&error))?;
+        Ok(Self(beam))
     }
 
     fn static_deflection(&self, force: f64) -> f64 {

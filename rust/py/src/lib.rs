@@ -26,6 +26,8 @@ mod _core {
     #[pymodule_export]
     const GRAVITY: f64 = pavefem_core::vehicle::GRAVITY;
     #[pymodule_export]
+    const DENSE_LIMIT: usize = pavefem_core::transition::DENSE_LIMIT;
+    #[pymodule_export]
     const TIRE_PRINT: f64 = pavefem_core::asphalt::TIRE_PRINT;
     #[pymodule_export]
     const TRACK_SHARE: f64 = pavefem_core::pavement::load::TRACK_SHARE;

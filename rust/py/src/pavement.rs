@@ -71,19 +71,26 @@ impl Transition {
         dt: f64,
         form: &str,
     ) -> PyResult<Self> {
-        let forms =
-            [("stiffness", Form::Stiffness), ("state", Form::State), ("integral", Form::Integral)];
+        let forms = [
+            ("auto", None),
+            ("stiffness", Some(Form::Stiffness)),
+            ("state", Some(Form::State)),
+            ("integral", Some(Form::Integral)),
+        ];
         let form = choice("form", form, &forms)?;
         let system = System::from_dense(&matrix(&mass), &matrix(&damping), &matrix(&stiffness))
             .map_err(|error| exception(&error))?;
-        detached(py, None, |watch| transition::Transition::new(system, dt, form, watch)).map(Self)
+        detached(py, None, |watch| match form {
+            None => transition::Transition::of(&system, dt, watch),
+            Some(form) => transition::Transition::new(system, dt, form, watch),
+        })
+        .map(Self)
     }
 
     #[staticmethod]
     fn of_strip(py: Python<'_>, strip: &Strip, dt: f64) -> PyResult<Self> {
-        let system = strip.0.system().clone();
-        detached(py, None, |watch| transition::Transition::new(system, dt, Form::Stiffness, watch))
-            .map(Self)
+        let system = strip.0.system();
+        detached(py, None, |watch| transition::Transition::of(system, dt, watch)).map(Self)
     }
 
     /// The transition of a strip from what `to_rows` gave.
@@ -190,8 +197,9 @@ impl Stepper {
         let keep = Keep { nodes, stations: vector(&stations), every };
         let columns = keep.stations.len() + if nodes { strip.0.nodes().len() } else { 0 };
         let (strip, transition) = (strip.0.clone(), transition.0.clone());
-        let work = || dense::Stepper::new(strip, transition, (weights, hold), &keep);
-        let stepper = py.detach(work).map_err(|error| exception(&error))?;
+        let stepper = detached(py, None, |watch| {
+            dense::Stepper::new(strip, transition, (weights, hold), &keep, watch)
+        })?;
         Ok(Self { stepper, columns })
     }
 

@@ -17,7 +17,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::record::{Extremes, Keep, Record};
-use crate::error::{Error, Result, Watch, check, go_on};
+use crate::error::{Error, Result, Watch, check, go_on, reserve};
 use crate::linalg::{DMatrix, add_scaled, multiply_add, multiply_by, zeros};
 use crate::pavement::Weights;
 use crate::pavement::load::TRACK_SHARE;
@@ -125,12 +125,13 @@ impl Stepper {
     ///
     /// # Errors
     /// [`Error::Invalid`] where the transition is not that of the strip, or for a station off the
-    /// road.
+    /// road, [`Error::Stopped`].
     pub fn new(
         strip: Strip,
         transition: Transition,
         (weights, hold): (Weights, Hold),
         keep: &Keep,
+        watch: &mut Watch<'_>,
     ) -> Result<Self> {
         if transition.system() != strip.system() {
             let (name, value) = ("transition".to_owned(), "that of another system".to_owned());
@@ -150,7 +151,7 @@ impl Stepper {
         let mut stages = vec![Levels { integrals, ..first.clone() }];
         for _ in 1..BLOCK {
             let mut next = Levels::zeros(n, used);
-            next.carry(&stages[stages.len() - 1], &phi, first);
+            next.carry(&stages[stages.len() - 1], &phi, first, watch)?;
             stages.push(next);
         }
         let mut between = zeros((BLOCK - 1) * probes.len(), 2 * n);
@@ -264,8 +265,8 @@ impl WithSimd for Run<'_, '_> {
         let Stepper { strip, transition, probes, every, first_kept, .. } = stepper;
         let nodes = strip.nodes().len();
         let mut extremes = Extremes::new(nodes);
-        let mut history =
-            Vec::with_capacity(instants.div_ceil(*every) * (probes.len() - first_kept));
+        let mut history = Vec::new();
+        reserve(&mut history, instants.div_ceil(*every) * (probes.len() - first_kept))?;
         let mut state = State::new::<S>(stepper);
         let mut batch = Batch::new(stepper);
         let mut forces = Forces::default();
