@@ -50,7 +50,7 @@ fn transition(strip: &Strip, dt: f64, form: Form) -> Transition {
 fn stepper(strip: Strip, dt: f64, scheme: (Weights, Hold)) -> Stepper {
     let transition = transition(&strip, dt, Form::Stiffness);
     let keep = Keep { nodes: false, stations: vec![0.5 * LENGTH], every: 1 };
-    Stepper::new(strip, transition, scheme, &keep).unwrap()
+    Stepper::new(strip, transition, scheme, &keep, &mut |_, _| true).unwrap()
 }
 
 /// Places and forces of the axles at each instant.
@@ -80,7 +80,7 @@ fn parts(criterion: &mut Criterion) {
     group.bench_function("stepper", |bencher| {
         bencher.iter_batched(
             || (strip.clone(), ready.clone()),
-            |(strip, transition)| Stepper::new(strip, transition, PAPER, &keep),
+            |(strip, transition)| Stepper::new(strip, transition, PAPER, &keep, &mut |_, _| true),
             BatchSize::SmallInput,
         );
     });

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "DENSE_LIMIT",
     "GRAVITY",
     "TIRE_PRINT",
     "TRACK_SHARE",
@@ -20,6 +21,7 @@ __all__ = [
     "mix_modulus",
 ]
 
+DENSE_LIMIT: Final[int]
 GRAVITY: Final[float]
 TIRE_PRINT: Final[float]
 TRACK_SHARE: Final[float]

@@ -2,12 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
+
+def _number(value: Any) -> Any:
+    """Take numpy's numbers as Python's; refuse what only looks like a number."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, bool | str | bytes):
+        raise ValueError("must be a number")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_number)]
+Positive = Annotated[Number, Field(gt=0)]
+NotNegative = Annotated[Number, Field(ge=0)]
+VoidsPercent = Annotated[Number, Field(gt=3, lt=100)]
 
 
 class Model(BaseModel):
@@ -21,3 +35,22 @@ class Model(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
     )
+
+    # What a model derives from its fields is cached beside them; it is no part of the model.
+
+    def __iter__(self) -> Iterator[tuple[str, Any]]:  # type: ignore[override]
+        """Yield the fields by name."""
+        return ((name, getattr(self, name)) for name in type(self).model_fields)
+
+    def __getstate__(self) -> dict[Any, Any]:
+        return super().__getstate__() | {"__dict__": dict(self)}
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
+        return self
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Build the model anew with some fields changed, checked as at first."""
+        return type(self)(**dict(self) | dict(update or {}))

@@ -70,21 +70,23 @@ class WinklerBeam:
 
     def static_deflection(self, force: float, x: ArrayLike = 0.0) -> NDArray[np.float64]:
         """Deflection `x` m from a force at rest, m: ``P lambda / 2k`` under it."""
-        places = np.asarray(x, dtype=np.float64)
+        places = _finite(force=force, x=x)
         return self._core.static_deflection(force, places.ravel()).reshape(places.shape)[()]
 
     def static_moment(self, force: float) -> float:
         """Bending moment under a force at rest, N m: ``P / 4 lambda``."""
+        _finite(force=force)
         return self._core.static_moment(force)
 
     def moving_deflection(self, force: float, speed: float, xi: ArrayLike) -> NDArray[np.float64]:
         """Deflection `xi` m ahead of a force that moves at `speed`, m/s, in its steady state, m."""
-        places = np.asarray(xi, dtype=np.float64)
+        places = _finite(force=force, speed=speed, xi=xi)
         values = self._core.moving_deflection(force, speed, places.ravel())
         return values.reshape(places.shape)[()]
 
     def moving_peak(self, force: float, speed: float) -> tuple[float, float]:
         """Largest deflection under a moving force, m, and its place, m ahead of the force."""
+        _finite(force=force, speed=speed)
         return self._core.moving_peak(force, speed)
 
 
@@ -102,12 +104,14 @@ class SimplySupportedBeam:
     """
 
     def __init__(self, length: float, bending_stiffness: float, mass: float) -> None:
+        self._length = length
         self._core = _core.SimplySupportedBeam(
             length=length, bending_stiffness=bending_stiffness, mass=mass
         )
 
     def static_deflection(self, force: float) -> float:
         """Deflection at mid-span under a force there, m: ``P L³ / 48 EI``."""
+        _finite(force=force)
         return self._core.static_deflection(force)
 
     def moving_deflection(
@@ -117,6 +121,25 @@ class SimplySupportedBeam:
 
         `time`, s, is counted from the force's entry and ends with its leaving.
         """
-        times = np.asarray(time, dtype=np.float64)
+        times = _finite(force=force, speed=speed, x=x, time=time)
+        if not 0.0 <= x <= self._length:
+            raise ValueError(f"x = {x:g} m: must be on the beam, 0 to {self._length:g} m")
+        if not speed > 0.0:
+            raise ValueError(f"speed = {speed:g} m/s: must be above 0")
+        leaving = self._length / speed
+        if times.size and not (times.min() >= 0.0 and times.max() <= leaving * (1.0 + 1e-9)):
+            raise ValueError(f"time must be 0 to {leaving:g} s, when the force leaves")
+        if not 1 <= modes <= 10_000:
+            raise ValueError(f"modes = {modes}: must be 1 to 10 000")
         values = self._core.moving_deflection(force, speed, x, times.ravel(), modes)
         return values.reshape(times.shape)[()]
+
+
+def _finite(**values: ArrayLike) -> NDArray[np.float64]:
+    """Check that all are finite; the last of them as an array."""
+    array = np.empty(0)
+    for name, value in values.items():
+        array = np.asarray(value, dtype=np.float64)
+        if not np.isfinite(array).all():
+            raise ValueError(f"{name} must be finite")
+    return array

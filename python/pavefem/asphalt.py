@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from pavefem import _core
-from pavefem._model import Model
+from pavefem._model import Model, Number, VoidsPercent
 from pavefem.errors import ValidityWarning
 
 TIRE_PRINT: Final = _core.TIRE_PRINT
@@ -36,11 +36,11 @@ class Asphalt(Model):
     4.38521
     """
 
-    vma: Annotated[float, Field(gt=3, lt=100)] = 25.0
+    vma: VoidsPercent = 25.0
     """Voids in the mineral aggregate, % of the volume."""
-    softening_point_c: Annotated[float, Field(gt=-50, lt=200)] = 60.0
+    softening_point_c: Annotated[Number, Field(gt=-50, lt=200)] = 60.0
     """Softening point of the binder, ring and ball, °C."""
-    penetration_index: Annotated[float, Field(ge=-10, le=10)] = -1.0
+    penetration_index: Annotated[Number, Field(ge=-10, le=10)] = -1.0
     """Penetration index of the binder (the paper gives none; -1 is the reading chosen here)."""
 
     def binder_stiffness(

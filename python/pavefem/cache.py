@@ -15,6 +15,7 @@ import tempfile
 import zlib
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+from importlib.metadata import version
 from pathlib import Path
 from threading import Lock
 from typing import Final, Generic, TypeVar
@@ -28,7 +29,7 @@ FOLDER_VARIABLE: Final = "PAVEFEM_CACHE_DIR"
 """Environment variable that names the folder of the files."""
 
 _MAGIC: Final = b"pavefem1"
-_HEADER: Final = struct.Struct("<8s32sQdQQL")  # magic, key, n, norm, terms, squarings, checksum
+_HEADER: Final = struct.Struct("<8s32sQdQLL")  # magic, key, n, norm, terms, squarings, checksum
 
 T = TypeVar("T")
 
@@ -41,7 +42,7 @@ def folder() -> Path:
 
 def digest(table: np.ndarray, *rest: object) -> bytes:
     """Key of 32 bytes of a table of numbers and whatever else matrices depend on."""
-    text = repr((table.shape, rest)).encode()
+    text = repr((version("pavefem"), table.shape, rest)).encode()
     return hashlib.blake2b(table.tobytes() + text, digest_size=32).digest()
 
 
@@ -59,25 +60,31 @@ def transition(key: bytes, strip: _core.Strip, dt: float) -> _core.Transition:
 
 def _read(path: Path, key: bytes, strip: _core.Strip, dt: float) -> _core.Transition | None:
     try:
+        if path.stat().st_size > _HEADER.size + 32 * _core.DENSE_LIMIT**2:
+            return None
         data = path.read_bytes()
         magic, named, n, norm, terms, squarings, checksum = _HEADER.unpack_from(data)
         body = memoryview(data)[_HEADER.size :]
         if (magic, named, len(body)) != (_MAGIC, key, 32 * n * n):
             return None
-        if zlib.crc32(body) != checksum:
+        if _checksum(data[: _HEADER.size - 4], body) != checksum:
             return None
         rows = np.frombuffer(body, dtype="<f8").reshape(4 * n, n)
         return _core.Transition.from_rows(strip, dt, (norm, terms, squarings), rows)
-    except (OSError, struct.error, ValueError, RuntimeError):
+    except (OSError, struct.error, ValueError, RuntimeError, OverflowError):
         return None
+
+
+def _checksum(header: bytes, body: bytes | memoryview) -> int:
+    return zlib.crc32(body, zlib.crc32(header))
 
 
 def _write(path: Path, key: bytes, found: _core.Transition) -> None:
     rows = np.ascontiguousarray(found.to_rows(), dtype="<f8")
     body = rows.tobytes()
-    header = _HEADER.pack(
-        _MAGIC, key, rows.shape[1], found.norm, found.terms, found.squarings, zlib.crc32(body)
-    )
+    fields = (_MAGIC, key, rows.shape[1], found.norm, found.terms, found.squarings)
+    start = _HEADER.pack(*fields, 0)[:-4]
+    header = _HEADER.pack(*fields, _checksum(start, body))
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
     try:

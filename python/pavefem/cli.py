@@ -12,6 +12,7 @@ import typer
 from pydantic import ValidationError
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 import pavefem
 from pavefem import vehicles
@@ -132,6 +133,9 @@ def run(
     except (PavefemError, ValueError, OSError) as error:
         _print_error(str(error))
         raise typer.Exit(2) from None
+    except MemoryError:
+        _print_error("no memory for this run: use a shorter road or a longer time step")
+        raise typer.Exit(2) from None
     except KeyboardInterrupt:
         _print_error("stopped")
         raise typer.Exit(130) from None
@@ -154,6 +158,7 @@ def _scenario(
         changes["profile"] = read_profile(profile)
     elif smooth:
         changes["profile"] = None
+        changes.setdefault("run_in", 0.0)
     elif path is None:
         changes["profile"] = Profile.iso8608("B", length=100.0, seed=1)
         changes.setdefault("run_in", DEFAULT_RUN_IN)
@@ -183,12 +188,12 @@ def _check_writable(out: Path) -> None:
 
 
 def _report(result: Result, out: Path) -> None:
-    """Print the summary, then write the result and, last, the pictures."""
+    """Write the result, print the summary and, last, draw the pictures."""
+    result.to_netcdf(out / "result.nc")
     table = Table(title="pavefem run", show_header=False, title_justify="left")
     for name, value in result.summary().items():
-        table.add_row(name, value)
+        table.add_row(name, Text(value))
     console.print(table)
-    result.to_netcdf(out / "result.nc")
     from pavefem import plotting
 
     pictures = {"response.png": result.plot()}

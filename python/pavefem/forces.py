@@ -132,6 +132,11 @@ def tire_forces(
     ValueError
         If the profile is shorter than the vehicle or than `run_in`, or a number is out of range.
     """
+    for name, given, kind in (("vehicle", vehicle, Vehicle), ("profile", profile, Profile)):
+        if not isinstance(given, kind) and not (name == "profile" and given is None):
+            raise ValueError(f"{name} is a {type(given).__name__}: must be a {kind.__name__}")
+    if np.ndim(speed_kmh) != 0:
+        raise ValueError("speed_kmh must be one number")
     speed = float(kmh(speed_kmh))
     if not (math.isfinite(dt) and dt > 0.0):
         raise ValueError(f"dt = {dt:g} s: must be finite and above 0")

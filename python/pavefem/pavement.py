@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from pavefem._model import Model, NotNegative, Positive
+from pavefem._model import Model, NotNegative, Number, Positive, VoidsPercent
 from pavefem.asphalt import Asphalt
 
 
@@ -50,7 +51,7 @@ class Pavement(Model):
     """Second moment of area I of the beam, m⁴ (a strip 0.54 m wide and 0.10 m thick)."""
     thickness: Positive = 0.10
     """Thickness of the asphalt layer, m; strains at its bottom are curvature times half of it."""
-    spacing: Positive = 0.5
+    spacing: Annotated[Positive, Field(le=100)] = 0.5
     """Distance between bars, and length of the element that the constants below hold for, m."""
     element_mass: Positive = 1000.0
     """Mass of a beam element, kg."""
@@ -64,9 +65,9 @@ class Pavement(Model):
     """EA of the subbase's part of a bar, N; its spring constant is EA / spacing."""
     asphalt_bar_stiffness: Positive = 56e6
     """Spring constant of the asphalt's part of a bar at the reference modulus, N/m (fitted)."""
-    reference_temperature_c: float = 20.0
+    reference_temperature_c: Number = 20.0
     """Temperature at which `asphalt_bar_stiffness` holds, °C."""
-    reference_vma: Annotated[float, Field(gt=3, lt=100)] = 25.0
+    reference_vma: VoidsPercent = 25.0
     """Voids in the mineral aggregate at which it holds, %."""
     reference_speed_kmh: Positive = 65.0
     """Speed at which it holds, km/h."""
@@ -82,7 +83,7 @@ class Pavement(Model):
         **changes
             Fields that are to differ from Table I.
         """
-        return cls(asphalt=asphalt or Asphalt(), **changes)
+        return cls(asphalt=Asphalt() if asphalt is None else asphalt, **changes)
 
     @property
     def subbase_stiffness(self) -> float:
@@ -96,7 +97,9 @@ class Pavement(Model):
         return float(mix.modulus(self.reference_temperature_c, self.reference_speed_kmh))
 
     def bar_stiffness(self, modulus: float) -> float:
-        """Spring constant of a bar (eq. 6), N/m, at an asphalt modulus in Pa."""
+        """Spring constant of a bar (eq. 6), N/m, at an asphalt modulus in Pa, above 0."""
+        if not (math.isfinite(modulus) and modulus > 0.0):
+            raise ValueError(f"modulus = {modulus!r} Pa: must be finite and above 0")
         asphalt = self.asphalt_bar_stiffness * modulus / self.reference_modulus
         return 1.0 / (1.0 / self.subbase_stiffness + 1.0 / asphalt)
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import tempfile
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import xarray as xr
@@ -87,9 +88,12 @@ class Result:
         """
         if self.deflection is None:
             raise ValueError('no history was kept: run with keep=["deflection"] or stations=[...]')
+        place = float(x)
+        if not math.isfinite(place):
+            raise ValueError(f"x = {x!r} m: must be finite")
         places = self.x if self.stations is None else self.stations
-        nearest = int(np.abs(places - x).argmin())
-        if abs(places[nearest] - x) > 1e-9 * max(1.0, abs(x)):
+        nearest = int(np.abs(places - place).argmin())
+        if abs(places[nearest] - place) > 1e-9 * max(1.0, abs(place)):
             raise ValueError(
                 f"no history was kept at x = {x:g} m, the nearest is at {places[nearest]:g} m: "
                 f"run with stations=[{x:g}]"
@@ -225,16 +229,50 @@ def load_result(path: str | os.PathLike[str]) -> Result:
         raise FileNotFoundError(f"no such file: {os.fspath(path)}")
     try:
         dataset = xr.load_dataset(path, engine="h5netcdf")
-    except (OSError, ValueError) as error:
-        raise FormatError(f"not a netCDF file: {error}", path=path) from None
+    except (OSError, ValueError, LookupError, RuntimeError, AttributeError) as error:
+        raise FormatError(f"not a sound netCDF file: {error}", path=path) from None
     try:
         return _from_dataset(dataset)
-    except (KeyError, ValueError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise FormatError(f"not a pavefem result: {error}", path=path) from None
 
 
+_DIMENSIONS: Final = {
+    "lowest": ("x",),
+    "highest": ("x",),
+    "time_of_lowest": ("x",),
+    "tire_force": ("time", "axle"),
+    "axle_position": ("time", "axle"),
+    "static_load": ("axle",),
+}
+
+
+def _check_dataset(dataset: xr.Dataset) -> None:
+    """Find what a file of another origin lacks or holds in another shape."""
+    for name in ("x", "lowest", "highest", "time_of_lowest"):
+        if name not in dataset.variables:
+            raise ValueError(f"it has no {name}")
+    place = "station" if "station" in dataset.dims else "x"
+    for name, dims in (_DIMENSIONS | {"deflection": ("time", place)}).items():
+        if name not in dataset:
+            continue
+        values = dataset[name]
+        if values.dims != dims or values.dtype != np.float64:
+            raise ValueError(
+                f"{name} is {values.dtype} of {values.dims}, expected float64 of {dims}"
+            )
+        if not np.isfinite(values).all():
+            raise ValueError(f"{name} is not finite")
+        if any(dim not in dataset.coords for dim in dims):
+            raise ValueError(f"{name} lacks a coordinate of {dims}")
+
+
 def _from_dataset(dataset: xr.Dataset) -> Result:
+    _check_dataset(dataset)
     inputs = json.loads(dataset.attrs["scenario"])
+    absent = [name for name in Scenario.model_fields if name not in inputs]
+    if absent:
+        raise ValueError(f"its scenario has no {', '.join(absent)}")
     if "profile_elevation" in dataset:
         elevation = dataset["profile_elevation"]
         inputs["profile"] = Profile(

@@ -11,7 +11,6 @@ from pydantic import Field, model_validator
 
 from pavefem import _core
 from pavefem._model import Model, Positive
-from pavefem.asphalt import Asphalt
 from pavefem.pavement import Pavement
 
 Foundation = Literal["bars", "winkler"]
@@ -76,6 +75,8 @@ class Road(Model):
         single = {key: data.pop(key) for key in ("pavement", "length") if key in data}
         if "sections" not in data:
             data["sections"] = [{"pavement": Pavement.paper(), "length": 25.0} | single]
+        elif not isinstance(data["sections"], list | tuple):
+            raise ValueError("sections must be a list of sections or of (pavement, length)")
         elif single:
             raise ValueError(f"give either sections or {' and '.join(single)}, not both")
         else:
@@ -100,12 +101,12 @@ class Road(Model):
     def with_asphalt(self, **changes: float) -> Self:
         """Build the same road with some fields of the asphalt of every section changed."""
         sections = [
-            Section(
-                pavement=Pavement(
-                    **dict(section.pavement)
-                    | {"asphalt": Asphalt(**dict(section.pavement.asphalt) | changes)}
-                ),
-                length=section.length,
+            section.model_copy(
+                update={
+                    "pavement": section.pavement.model_copy(
+                        update={"asphalt": section.pavement.asphalt.model_copy(update=changes)}
+                    )
+                }
             )
             for section in self.sections
         ]

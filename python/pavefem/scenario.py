@@ -19,8 +19,8 @@ from pydantic import (
 )
 
 from pavefem import vehicles
-from pavefem._model import Model, NotNegative, Positive
-from pavefem.errors import FormatError
+from pavefem._model import Model, NotNegative, Number, Positive
+from pavefem.errors import FormatError, SolverError
 from pavefem.forces import Interpolation
 from pavefem.formats import read_profile
 from pavefem.profile import Profile
@@ -75,7 +75,7 @@ class Scenario(Model):
     """Its profile; None is a smooth road, which leaves constant static forces."""
     speed_kmh: Positive = 65.0
     """Speed, km/h."""
-    temperature_c: float = 20.0
+    temperature_c: Number = 20.0
     """Asphalt temperature, °C."""
     scheme: Scheme = Scheme.paper()
     """Discretisation in space and time."""
@@ -99,15 +99,18 @@ class Scenario(Model):
         """
         try:
             data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        except (ValueError, RecursionError) as error:
             raise FormatError(f"not a TOML file: {error}", path=path) from None
         try:
             return cls.model_validate(data, context={"folder": Path(path).parent})
         except ValidationError as error:
-            count = error.error_count()
-            lines = "\n".join(f"  {line}" for line in explain(error))
+            found = explain(error)
+            count = len(found)
+            lines = "\n".join(f"  {line}" for line in found)
             noun = "error" if count == 1 else "errors"
             raise FormatError(f"{count} {noun} in the scenario\n{lines}", path=path) from None
+        except SolverError as error:
+            raise FormatError(f"vehicle: {error}", path=path) from None
 
     @field_validator("profile", mode="before")
     @classmethod
@@ -116,10 +119,9 @@ class Scenario(Model):
             return value
         options = dict(value)
         if "file" in options:
-            path = Path(options.pop("file"))
             folder = (info.context or {}).get("folder", Path())
             try:
-                return read_profile(folder / path, **options)
+                return read_profile(folder / options.pop("file"), **options)
             except (OSError, TypeError) as error:
                 raise ValueError(str(error)) from None
         return _make("make", GENERATORS, options)
@@ -144,6 +146,8 @@ class Scenario(Model):
     @model_validator(mode="after")
     def _fits(self) -> Self:
         if self.profile is None:
+            if self.run_in > 0.0:
+                raise ValueError(f"run_in = {self.run_in:g} m needs a profile to run in on")
             return self
         needed = self.run_in + self.road.length
         if self.profile.length < needed * (1.0 - 1e-9):
@@ -162,8 +166,14 @@ class Scenario(Model):
 
 def explain(error: ValidationError) -> list[str]:
     """One line for each wrong value: its key, what is wrong, and what was given."""
+    items = error.errors()
+    failed = [item["loc"] for item in items]
     lines = []
-    for item in error.errors():
+    for item in items:
+        # A sequence whose items all failed counts as empty; the items say what is wrong.
+        below = any(loc[: len(item["loc"])] == item["loc"] and loc != item["loc"] for loc in failed)
+        if item["type"] == "too_short" and below:
+            continue
         key = ".".join(str(part) for part in item["loc"]) or "scenario"
         given = item["input"]
         shown = "" if isinstance(given, Mapping | Vehicle | Road) else f" (given {given!r})"
@@ -174,12 +184,19 @@ def explain(error: ValidationError) -> list[str]:
 def _make(key: str, makers: Mapping[str, Callable[..., Any]], options: dict[str, Any]) -> Any:
     """Call the maker that `options` names under `key` with the rest of them."""
     name = options.pop(key, None)
-    if name not in makers:
+    if not isinstance(name, str) or name not in makers:
         raise ValueError(f"{key} = {name!r}: must be one of {list(makers)}")
     known = inspect.signature(makers[name]).parameters
     unknown = [option for option in options if option not in known]
     if unknown:
         raise ValueError(f"{name} has no {', '.join(unknown)}; it has {', '.join(known)}")
+    missing = [
+        option
+        for option, parameter in known.items()
+        if parameter.default is inspect.Parameter.empty and option not in options
+    ]
+    if missing:
+        raise ValueError(f"{name} needs {', '.join(missing)}")
     try:
         return makers[name](**options)
     except TypeError as error:

@@ -44,6 +44,6 @@ class Scheme(Model):
     def named(cls, name: str) -> Self:
         """Build a preset by its name, ``"paper"`` or ``"converged"``."""
         presets = {"paper": cls.paper, "converged": cls.converged}
-        if name not in presets:
+        if not isinstance(name, str) or name not in presets:
             raise ValueError(f"scheme = {name!r}: must be one of {list(presets)} or a Scheme")
         return presets[name]()

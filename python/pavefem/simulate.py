@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Final, Literal
 
@@ -24,6 +24,9 @@ Keep = Sequence[Quantity] | Literal["envelope"]
 
 EVERYTHING: Final[tuple[Quantity, ...]] = ("deflection", "tire_force")
 """Histories that can be kept."""
+
+MEMORY_LIMIT: Final = 8 * 2**30
+"""Most bytes that the histories of a run may take."""
 
 _STEPPERS: Final = Recent[_core.Stepper](budget=256 * 2**20)
 
@@ -121,14 +124,17 @@ def run(
     progress: bool = False,
 ) -> Result:
     """Run a scenario; see `simulate`."""
+    if not isinstance(scenario, Scenario):
+        raise ValueError(f"scenario is a {type(scenario).__name__}: must be a Scenario")
     quantities = _check_keep(keep)
     if isinstance(every, bool) or not isinstance(every, int | np.integer) or every < 1:
         raise ValueError(f"every = {every!r}: must be a whole number, at least 1")
     places = np.asarray([] if stations is None else stations, dtype=np.float64)
-    if places.ndim != 1:
+    if places.ndim != 1 or (stations is not None and places.size == 0):
         raise ValueError(f"stations has shape {places.shape}: must be a list of places, m")
     deflection = "deflection" in quantities
     nodes = deflection and stations is None
+    _check_size(scenario, places.size, nodes, int(every))
     stepper, x = _stepper(scenario, nodes, places, int(every), cache)
     with progress_bar(progress, "vehicle") as report:
         forces = _forces_on_road(scenario, report)
@@ -147,10 +153,32 @@ def run(
     )
 
 
+def _check_size(scenario: Scenario, stations: int, nodes: bool, every: int) -> None:
+    """Refuse, before any work, a mesh or histories that no memory holds."""
+    road, scheme = scenario.road, scenario.scheme
+    elements = sum(section.length / scheme.element_length for section in road.sections)
+    if not 2.0 * elements < _core.DENSE_LIMIT + 4.0:
+        raise ValueError(
+            f"a road of {road.length:g} m in elements of {scheme.element_length:g} m has "
+            f"{2.0 * elements:.4g} unknowns; with dense matrices the limit is {_core.DENSE_LIMIT}: "
+            "use a shorter road or longer elements"
+        )
+    steps = (road.length + scenario.vehicle.length) / (scenario.speed_kmh / 3.6 * scheme.dt)
+    columns = stations + (elements if nodes else 0.0)
+    axles = len(scenario.vehicle.tires)
+    size = 8.0 * steps * (columns / every + 4.0 * axles)
+    if not size < MEMORY_LIMIT:
+        raise ValueError(
+            f"{steps:.4g} steps would keep {size / 2**30:.3g} GiB, the limit is "
+            f'{MEMORY_LIMIT / 2**30:g}: use a longer dt, every=n, stations=[...] or keep="envelope"'
+        )
+
+
 def _check_keep(keep: Keep) -> Sequence[Quantity]:
-    quantities = () if keep == "envelope" else keep
     allowed = [*EVERYTHING]
-    if isinstance(quantities, str) or any(name not in allowed for name in quantities):
+    sequence = not isinstance(keep, str) and isinstance(keep, Iterable)
+    quantities: tuple[Quantity, ...] = tuple(keep) if not isinstance(keep, str) and sequence else ()
+    if not (sequence or keep == "envelope") or any(name not in allowed for name in quantities):
         raise ValueError(f'keep = {keep!r}: must be "envelope" or some of {allowed}')
     return quantities
 

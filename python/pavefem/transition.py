@@ -16,7 +16,7 @@ def transition(
     stiffness: ArrayLike,
     dt: float,
     *,
-    form: Literal["stiffness", "state", "integral"] = "stiffness",
+    form: Literal["auto", "stiffness", "state", "integral"] = "auto",
 ) -> _core.Transition:
     """Compute Phi and Gamma of ``M u'' + C u' + K u = f`` for one time step.
 
@@ -29,9 +29,10 @@ def transition(
         M, C and K, in units of one's own.
     dt : float
         Time step, s.
-    form : {"stiffness", "state", "integral"}
+    form : {"auto", "stiffness", "state", "integral"}
         How Gamma is found: as ``(I - Phi) [K^-1; 0]``, as ``A^-1 (Phi - I) B``, or as the integral
-        of the series, the only form where K (and with it A) is singular.
+        of the series, the only form where K (and with it A) is singular. ``"auto"`` is the first,
+        or the last where the first is singular or, at a small step, lost in rounding.
 
     Returns
     -------
@@ -64,6 +65,8 @@ def transition(
 
 
 def _matrix(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    if np.iscomplexobj(values):
+        raise ValueError(f"{name} is complex: must be real")
     matrix = np.asarray(values, dtype=np.float64)
     if matrix.ndim != 2:
         raise ValueError(f"{name} has shape {matrix.shape}: must be a square matrix")

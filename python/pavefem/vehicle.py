@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pavefem import _core
-from pavefem._model import Model, NotNegative, Positive
+from pavefem._model import Model, NotNegative, Number, Positive
 
 
 class Body(Model):
@@ -25,13 +25,13 @@ class Body(Model):
     """What springs and tires call it."""
     mass: NotNegative
     """Mass, kg."""
-    x: float
+    x: Number
     """Centre of gravity, m behind the front axle."""
     pitch_inertia: NotNegative = 0.0
     """Moment of inertia about the centre of gravity, kg m²; 0 for a body that does not pitch."""
     pinned_to: str | None = None
     """The body, listed before this one, that it is pinned to."""
-    pin: float | None = None
+    pin: Number | None = None
     """Place of the pin, m behind the front axle."""
 
     @model_validator(mode="after")
@@ -48,7 +48,7 @@ class Spring(Model):
     """Body at the upper end."""
     lower: str
     """Body at the lower end."""
-    x: float
+    x: Number
     """Place of both ends, m behind the front axle."""
     stiffness: Positive
     """Spring constant, N/m."""
@@ -61,7 +61,7 @@ class Tire(Model):
 
     body: str
     """The body they carry."""
-    x: float
+    x: Number
     """Place, m behind the front axle."""
     stiffness: Positive
     """Spring constant of all tires of the axle, N/m."""

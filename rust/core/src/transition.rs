@@ -63,11 +63,14 @@ impl System {
         damping: &DMatrix<f64>,
         stiffness: &DMatrix<f64>,
     ) -> Result<Self> {
-        let expected = mass.shape();
-        if expected.1 > DENSE_LIMIT {
-            return Err(Error::TooLarge { unknowns: expected.1, limit: DENSE_LIMIT });
+        let n = mass.ncols();
+        if n > DENSE_LIMIT {
+            return Err(Error::TooLarge { unknowns: n, limit: DENSE_LIMIT });
         }
-        for (name, matrix) in [("damping matrix", damping), ("stiffness matrix", stiffness)] {
+        let expected = (n, n);
+        for (name, matrix) in
+            [("mass matrix", mass), ("damping matrix", damping), ("stiffness matrix", stiffness)]
+        {
             if matrix.shape() != expected {
                 return Err(Error::Shape { name, got: matrix.shape(), expected });
             }

@@ -4,6 +4,7 @@ use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pavefem_core::pavement::{self, Bed, Ends, Foundation, Section, Weights};
 use pavefem_core::response::{Hold, Keep, Loads, dense};
 use pavefem_core::transition::{self, Form, Levels, Series, System};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{choice, exception, matrix, matrix_to_array, records, rows, table, vector};
@@ -103,8 +104,12 @@ impl Transition {
     ) -> PyResult<Self> {
         let (norm, terms, squarings) = series;
         let levels = matrix(&levels);
-        let n = levels.ncols();
-        let level = |i: usize| levels.rows((i * n).min(levels.nrows()), n.min(levels.nrows() / 4));
+        let (rows, n) = levels.shape();
+        if rows != 4 * n {
+            let message = format!("levels has shape ({rows}, {n}), expected ({}, {n})", 4 * n);
+            return Err(PyValueError::new_err(message));
+        }
+        let level = |i: usize| levels.rows(i * n, n);
         let levels = Levels {
             time: dt,
             rate: level(0).into_owned(),

@@ -1,0 +1,361 @@
+"""The command line: what it writes, what it prints, how options change the inputs, how it fails."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import DATA
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
+
+import pavefem as pf
+from pavefem import cli
+
+PNG = b"\x89PNG\r\n\x1a\n"
+IRI_SOREL = DATA / "iri_sorel" / "profile_1.txt"
+
+
+class Outcome:
+    """What one command did."""
+
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+    def error(self) -> str:
+        """Give the one line of a failure."""
+        assert self.code == 2, (self.code, self.out, self.err)
+        assert "Traceback" not in self.err + self.out
+        lines = self.err.strip().splitlines()
+        assert len(lines) == 1, self.err
+        assert lines[0].startswith("error: ")
+        return lines[0].removeprefix("error: ")
+
+
+@pytest.fixture
+def pictures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the drawing out, which takes most of a run's time, where a test is not about it."""
+    if "draws" in request.keywords:
+        return
+
+    def save(_: Figure, path: Path, **__: object) -> None:
+        path.write_bytes(b"")
+
+    monkeypatch.setattr(Figure, "savefig", save)
+
+
+@pytest.fixture
+def pavefem(
+    tmp_path: Path, pictures: None, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., Outcome]:
+    """Run the command in an empty folder, on a wide terminal."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    for console in (cli.console, cli.errors):
+        monkeypatch.setattr(console, "_width", 200, raising=False)
+
+    def _run(*arguments: str) -> Outcome:
+        result = CliRunner().invoke(cli.app, list(arguments))
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return Outcome(result.exit_code, result.stdout, result.stderr)
+
+    return _run
+
+
+Run = Callable[..., Outcome]
+
+
+# --- what it does -----------------------------------------------------------------------------
+
+
+@pytest.mark.draws
+def test_default_run(pavefem: Run, tmp_path: Path) -> None:
+    done = pavefem("run")
+    assert done.code == 0, done.err
+    assert done.err == ""
+    assert {path.name for path in tmp_path.iterdir()} == {"out"}
+    files = {path.name: path for path in (tmp_path / "out").iterdir()}
+    assert set(files) == {"result.nc", "response.png", "profile.png"}
+    for name in ("response.png", "profile.png"):
+        assert files[name].read_bytes().startswith(PNG)
+    result = pf.load_result(files["result.nc"])
+    for key, value in result.summary().items():
+        assert key in done.out
+        assert value in done.out
+    assert "wrote result.nc, response.png, profile.png in out" in done.out
+    scenario = result.scenario
+    assert scenario.profile == pf.Profile.iso8608("B", length=100.0, seed=1)
+    assert (scenario.speed_kmh, scenario.temperature_c, scenario.run_in) == (65.0, 20.0, 50.0)
+    assert scenario.vehicle == pf.vehicles.tandem_truck()
+    assert scenario.road == pf.Road.paper()
+    assert scenario.scheme == pf.Scheme.paper()
+
+
+def test_default_run_is_the_api(pavefem: Run, tmp_path: Path) -> None:
+    pavefem("run")
+    expected = pf.simulate(
+        pf.Road.paper(),
+        pf.vehicles.tandem_truck(),
+        profile=pf.Profile.iso8608("B", length=100.0, seed=1),
+        run_in=50.0,
+    )
+    found = pf.load_result(tmp_path / "out" / "result.nc")
+    assert found.deflection is not None
+    assert expected.deflection is not None
+    np.testing.assert_array_equal(found.deflection, expected.deflection)
+
+
+@pytest.mark.parametrize(
+    ("options", "check"),
+    [
+        (["--speed", "80"], lambda s: s.speed_kmh == 80.0),
+        (["--temperature", "12.5"], lambda s: s.temperature_c == 12.5),
+        (["--vma", "20"], lambda s: s.road == pf.Road.paper().with_asphalt(vma=20.0)),
+        (
+            ["--axle-spacing", "1.6"],
+            lambda s: s.vehicle == pf.vehicles.tandem_truck(axle_spacing=1.6),
+        ),
+        (["--payload", "5000"], lambda s: s.vehicle == pf.vehicles.tandem_truck(payload=5000.0)),
+        (
+            ["--payload", "5000", "--axle-spacing", "1.6"],
+            lambda s: s.vehicle == pf.vehicles.tandem_truck(payload=5000.0, axle_spacing=1.6),
+        ),
+        (["--run-in", "30"], lambda s: s.run_in == 30.0),
+        (["--smooth"], lambda s: s.profile is None and s.run_in == 0.0),
+        (["--scheme", "paper"], lambda s: s.scheme == pf.Scheme.paper()),
+        (["--no-cache"], lambda s: s.speed_kmh == 65.0),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_options_change_the_inputs(
+    options: list[str], check: Callable[[pf.Scenario], bool], pavefem: Run, tmp_path: Path
+) -> None:
+    done = pavefem("run", *options)
+    assert done.code == 0, done.err
+    assert check(pf.load_result(tmp_path / "out" / "result.nc").scenario)
+
+
+def test_smooth_run_is_the_nominal_case_of_the_paper(pavefem: Run, tmp_path: Path) -> None:
+    done = pavefem("run", "--smooth")
+    assert "0.6611 mm" in done.out
+    assert "0.6436 mm" in done.out
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"result.nc", "response.png"}
+
+
+def test_converged_scheme(pavefem: Run, tmp_path: Path) -> None:
+    (tmp_path / "short.toml").write_text("[road]\nlength = 6.0")
+    done = pavefem("run", "short.toml", "--scheme", "converged")
+    assert done.code == 0, done.err
+    scheme = pf.load_result(tmp_path / "out" / "result.nc").scenario.scheme
+    assert scheme == pf.Scheme.converged()
+
+
+def test_no_cache_writes_none(pavefem: Run, cache_folder: Path) -> None:
+    assert pavefem("run", "--smooth", "--no-cache").code == 0
+    assert not cache_folder.exists()
+    assert pavefem("run", "--smooth").code == 0
+    assert cache_folder.exists()
+
+
+def test_out_folder_is_made(pavefem: Run, tmp_path: Path) -> None:
+    assert pavefem("run", "--smooth", "--out", "a/b c").code == 0
+    assert (tmp_path / "a" / "b c" / "result.nc").is_file()
+
+
+@pytest.mark.skipif(not IRI_SOREL.is_file(), reason="no measured profile beside the project")
+def test_measured_profile(pavefem: Run, tmp_path: Path) -> None:
+    done = pavefem("run", "--profile", str(IRI_SOREL), "--run-in", "20")
+    assert done.code == 0, done.err
+    scenario = pf.load_result(tmp_path / "out" / "result.nc").scenario
+    expected = pf.read_profile(IRI_SOREL)
+    assert scenario.profile == expected
+    assert scenario.run_in == 20.0
+    assert expected.name in done.out
+
+
+def test_profile_option_has_no_run_in_of_its_own(pavefem: Run, tmp_path: Path) -> None:
+    pf.Profile.iso8608("A", 30.0).to_csv(tmp_path / "site.csv")
+    assert pavefem("run", "--profile", "site.csv").code == 0
+    assert pf.load_result(tmp_path / "out" / "result.nc").scenario.run_in == 0.0
+
+
+def test_scenario_file_and_options_on_top(pavefem: Run, tmp_path: Path) -> None:
+    (tmp_path / "case").mkdir()
+    pf.Profile.iso8608("A", 30.0).to_csv(tmp_path / "case" / "site.csv")
+    (tmp_path / "case" / "case.toml").write_text(
+        'speed_kmh = 50.0\ntemperature_c = 15.0\n[road]\nlength = 8.0\n[profile]\nfile = "site.csv"'
+    )
+    done = pavefem("run", "case/case.toml", "--speed", "90", "--vma", "22")
+    assert done.code == 0, done.err
+    scenario = pf.load_result(tmp_path / "out" / "result.nc").scenario
+    assert (scenario.speed_kmh, scenario.temperature_c) == (90.0, 15.0)
+    assert scenario.road == pf.Road(length=8.0).with_asphalt(vma=22.0)
+    assert scenario.profile is not None
+    assert scenario.profile.length == pytest.approx(30.0)
+    pavefem("run", "case/case.toml", "--smooth")
+    assert pf.load_result(tmp_path / "out" / "result.nc").scenario.profile is None
+
+
+@pytest.mark.filterwarnings("default")
+def test_warnings_are_one_line(pavefem: Run) -> None:
+    """At 40 °C the asphalt formulas are outside their range: said, and done."""
+    done = pavefem("run", "--smooth", "--temperature", "45")
+    assert done.code == 0
+    lines = done.err.strip().splitlines()
+    assert lines
+    assert all(line.startswith("warning: ") for line in lines)
+    assert any("binder stiffness" in line and "MPa" in line for line in lines)
+    assert len(set(lines)) == len(lines)
+    assert "ValidityWarning" not in done.err
+
+
+# --- help -------------------------------------------------------------------------------------
+
+
+def test_help_names_the_units(pavefem: Run) -> None:
+    done = pavefem("run", "--help")
+    assert done.code == 0
+    text = re.sub(r"\s+", " ", done.out)
+    for words in ("Speed, km/h", "temperature, °C", "aggregate, %", "tandem, m", "truck, kg"):
+        assert words in text
+    assert "--no-cache" in text
+    top = pavefem("--help")
+    assert top.code == 0
+    assert "km/h" in top.out
+    assert "°C" in top.out
+    assert "run" in top.out
+
+
+def test_version(pavefem: Run) -> None:
+    assert pavefem("--version").out == f"pavefem {pf.__version__}\n"
+
+
+def test_no_arguments_is_help(pavefem: Run) -> None:
+    done = pavefem()
+    assert "Usage" in done.out + done.err
+
+
+# --- failures ---------------------------------------------------------------------------------
+
+FAILURES: list[tuple[list[str], str]] = [
+    (["--speed", "0"], "speed_kmh: .*greater than 0"),
+    (["--speed", "-65"], "speed_kmh"),
+    (["--speed", "nan"], "speed_kmh"),
+    (["--speed", "inf"], "speed_kmh"),
+    (["--temperature", "60"], "temperature"),
+    (["--temperature", "nan"], "temperature_c"),
+    (["--vma", "2"], "vma: .*greater than 3"),
+    (["--axle-spacing", "0"], "axle_spacing: Input should be greater than 0"),
+    (["--axle-spacing", "12"], "axle_spacing = 12 m"),
+    (["--payload", "-9000"], "payload: Input should be greater than -4999"),
+    (["--payload", "nan"], "payload"),
+    (["--run-in", "-1"], "run_in"),
+    (["--run-in", "90"], "need 115 m"),
+    (["--scheme", "exact"], "must be one of"),
+    (["--profile", "none.csv"], "none.csv"),
+    (["--profile", "bad.csv"], "bad.csv, line 2"),
+    (["--profile", "short.csv"], "is 10 m long"),
+    (["--profile", "picture.xyz"], "not a profile format"),
+    (["--profile", "site.csv", "--smooth"], "exclude each other"),
+    (["none.toml"], "none.toml"),
+    (["broken.toml"], "not a TOML file"),
+    (["own.toml", "--payload", "5"], "has a vehicle of its own"),
+    (["--out", "file/out"], "cannot write to the folder file/out"),
+    (["--out", "file"], "cannot write to the folder file"),
+    (["."], ""),
+]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "pattern"), FAILURES, ids=lambda v: " ".join(v) if isinstance(v, list) else ""
+)
+def test_failures_are_one_clear_line(
+    arguments: list[str], pattern: str, pavefem: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "bad.csv").write_text("0.0,0.0\n0.5,oops\n1.0,0.0\n")
+    pf.Profile.smooth(10.0).to_csv(tmp_path / "short.csv")
+    pf.Profile.smooth(30.0).to_csv(tmp_path / "site.csv")
+    (tmp_path / "picture.xyz").write_bytes(PNG)
+    (tmp_path / "broken.toml").write_text("speed_kmh = ")
+    (tmp_path / "own.toml").write_text(
+        '[vehicle]\nbodies = [{name = "m", mass = 5e3, x = 0.0}]\n'
+        'tires = [{body = "m", x = 0.0, stiffness = 1e6, damping = 0.0}]'
+    )
+    message = pavefem("run", *arguments).error()
+    assert re.search(pattern, message), message
+    assert "pydantic" not in message
+    # Nothing is left behind of a run that did not take place.
+    assert not (tmp_path / "out" / "result.nc").exists()
+
+
+def test_several_errors_are_a_line_each(pavefem: Run, tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text("speed_kmh = -1\nrun_in = -2\n")
+    done = pavefem("run", "bad.toml")
+    assert done.code == 2
+    assert "2 errors in the scenario" in done.err
+    assert "speed_kmh: " in done.err
+    assert "run_in: " in done.err
+    assert "Traceback" not in done.err
+
+
+def test_unknown_option(pavefem: Run) -> None:
+    done = pavefem("run", "--colour", "red")
+    assert done.code == 2
+    assert "--colour" in done.err
+    assert "Traceback" not in done.err
+
+
+def test_markup_in_a_name_is_text(pavefem: Run, tmp_path: Path) -> None:
+    """Square brackets are no formatting, neither in errors nor in tables."""
+    assert "[/red]none.csv" in pavefem("run", "--profile", "[/red]none.csv").error()
+    pf.Profile.smooth(30.0).to_csv(tmp_path / "a[bold]b[x].csv")
+    done = pavefem("run", "--profile", "a[bold]b[x].csv")
+    assert done.code == 0, done.err
+    assert "a[bold]b[x]" in done.out
+
+
+def test_markup_in_a_vehicle_name_is_text(pavefem: Run, tmp_path: Path) -> None:
+    (tmp_path / "own.toml").write_text(
+        '[vehicle]\nname = "the [/b] truck"\nbodies = [{name = "m", mass = 5e3, x = 0.0}]\n'
+        'tires = [{body = "m", x = 0.0, stiffness = 1e6, damping = 0.0}]'
+    )
+    done = pavefem("run", "own.toml")
+    assert done.code == 0, done.err
+    assert "the [/b] truck" in done.out
+
+
+def test_ctrl_c_says_stopped(pavefem: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def interrupt(*_: Any, **__: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "run_scenario", interrupt)
+    done = pavefem("run", "--smooth")
+    assert done.code == 130
+    assert done.err == "error: stopped\n"
+
+
+# --- a real process ---------------------------------------------------------------------------
+
+
+def test_as_a_process(run_python: Callable[..., Any], tmp_path: Path) -> None:
+    """Without a terminal or a display: exit code, plain text, files."""
+    main = "import sys; from pavefem.cli import app; sys.argv[0] = 'pavefem'; app()"
+    done = run_python("-c", main, "run", "--smooth")
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    assert "0.6611 mm" in done.stdout
+    assert "\x1b[" not in done.stdout
+    assert (tmp_path / "out" / "response.png").read_bytes().startswith(PNG)
+    assert pf.load_result(tmp_path / "out" / "result.nc").scenario.profile is None
+
+    failed = run_python("-c", main, "run", "--speed", "-5")
+    assert failed.returncode == 2
+    assert failed.stderr.count("\n") == 1
+    assert failed.stderr.startswith("error: speed_kmh: ")
+    assert failed.stdout == ""
