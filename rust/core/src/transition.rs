@@ -15,7 +15,7 @@
 //! ```
 //!
 //! `M`, `C` and `K` of a strip or a truck are narrow bands, so this form halves what a step has to
-//! read and cuts the cost of the series and of each squaring to a quarter.
+//! read and the cost of a squaring, and cuts a term of the series to an eighth.
 //!
 //! The repeated integrals of `G` answer forces that last: `J = int G` a step, `Q = int J` a ramp.
 
@@ -36,9 +36,9 @@ const SERIES_NORM: f64 = 1.0;
 const STIFFNESS: &str = "stiffness matrix";
 const INTEGRAL_ADVICE: &str = "; the integral form of the particular response needs no inverse";
 
-/// Highest frequency times `dt` up to which squaring takes `Phi` from `G` and `H` each time. That
-/// multiplies a rounding error of the low modes by the ratio of the frequencies, once a squaring;
-/// above, all four blocks are squared, at three times the cost.
+/// Highest undamped frequency times `dt` up to which squaring takes `Phi` from `G` and `H` each time.
+/// That multiplies rounding errors by the ratio of the highest frequency to the lowest; above, all
+/// four blocks of `Phi - I` are squared, at twice the cost.
 const BLOCK_FREQUENCY: f64 = 3.0;
 
 /// `M u'' + C u' + K u = f`, each matrix stored by its band.
@@ -167,7 +167,7 @@ pub enum Form {
     Integral,
 }
 
-/// The four blocks of a state transition matrix, each `n x n`.
+/// The four blocks of `Phi - I`, each `n x n`: what is near one keeps its digits.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Phi {
     uu: DMatrix<f64>,
@@ -181,58 +181,64 @@ impl Phi {
         Self { uu: zeros(n, n), uv: zeros(n, n), vu: zeros(n, n), vv: zeros(n, n) }
     }
 
-    /// From `H` and `G`.
+    /// From `H` and `G`; or, without their cancellation, from `G` and `J` where that is known, as
+    /// `H M - I = -G C - J K`.
     fn set(&mut self, system: &System, levels: &Levels) {
         let System { mass, damping, stiffness } = system;
-        let (h, g) = (&levels.rate, &levels.impulse);
-        for block in [&mut self.uv, &mut self.vu, &mut self.vv] {
+        let g = &levels.impulse;
+        for block in self.blocks_mut() {
             block.as_mut_slice().fill(0.0);
         }
-        mass.left_multiply_add(1.0, h, &mut self.vv);
         mass.left_multiply_add(1.0, g, &mut self.uv);
         stiffness.left_multiply_add(-1.0, g, &mut self.vu);
-        self.uu.copy_from(&self.vv);
-        damping.left_multiply_add(1.0, g, &mut self.uu);
+        if let Some(j) = levels.integrals.first() {
+            stiffness.left_multiply_add(-1.0, j, &mut self.uu);
+            self.vv.copy_from(&self.uu);
+            damping.left_multiply_add(-1.0, g, &mut self.vv);
+        } else {
+            mass.left_multiply_add(1.0, &levels.rate, &mut self.vv);
+            add_diagonal(&mut self.vv, -1.0);
+            self.uu.copy_from(&self.vv);
+            damping.left_multiply_add(1.0, g, &mut self.uu);
+        }
     }
 
-    /// `Phi^2 = I + 2 Y + Y^2` with `Y = Phi - I`, which keeps the digits of what is near one.
-    fn squared(mut self) -> Self {
-        let n = self.uu.nrows();
-        let shift = |by: f64, phi: &mut Self| {
-            for i in 0..n {
-                phi.uu[(i, i)] += by;
-                phi.vv[(i, i)] += by;
-            }
-        };
-        shift(-1.0, &mut self);
-        let mut square = self.product();
-        for (square, once) in square.blocks_mut().into_iter().zip(self.blocks_mut()) {
-            add_scaled(square.as_mut_slice(), 2.0, once.as_slice());
+    /// `Phi^2 - I = 2 Y + Y^2` with `Y = Phi - I`.
+    fn squared(&self) -> Self {
+        let mut square = self.clone();
+        let products = [
+            (&self.uu, &self.uu, &self.uv, &self.vu),
+            (&self.uu, &self.uv, &self.uv, &self.vv),
+            (&self.vu, &self.uu, &self.vv, &self.vu),
+            (&self.vu, &self.uv, &self.vv, &self.vv),
+        ];
+        for ((out, once), (a, b, c, d)) in
+            square.blocks_mut().into_iter().zip(self.blocks()).zip(products)
+        {
+            add_scaled(out.as_mut_slice(), 1.0, once.as_slice());
+            multiply_add(out, 1.0, a, b);
+            multiply_add(out, 1.0, c, d);
         }
-        shift(1.0, &mut square);
         square
+    }
+
+    /// The blocks uu, uv, vu and vv of `Phi - I`.
+    #[must_use]
+    pub fn blocks(&self) -> [&DMatrix<f64>; 4] {
+        [&self.uu, &self.uv, &self.vu, &self.vv]
+    }
+
+    /// From what [`Phi::blocks`] gave.
+    #[must_use]
+    pub fn from_blocks([uu, uv, vu, vv]: [DMatrix<f64>; 4]) -> Self {
+        Self { uu, uv, vu, vv }
     }
 
     fn blocks_mut(&mut self) -> [&mut DMatrix<f64>; 4] {
         [&mut self.uu, &mut self.uv, &mut self.vu, &mut self.vv]
     }
 
-    /// This matrix times itself.
-    fn product(&self) -> Self {
-        let product = |a: &DMatrix<f64>, b: &DMatrix<f64>, c: &DMatrix<f64>, d: &DMatrix<f64>| {
-            let mut out = multiply(a, b);
-            multiply_add(&mut out, 1.0, c, d);
-            out
-        };
-        Self {
-            uu: product(&self.uu, &self.uu, &self.uv, &self.vu),
-            uv: product(&self.uu, &self.uv, &self.uv, &self.vv),
-            vu: product(&self.vu, &self.uu, &self.vv, &self.vu),
-            vv: product(&self.vu, &self.uv, &self.vv, &self.vv),
-        }
-    }
-
-    /// As one `2n x 2n` matrix.
+    /// `Phi` as one `2n x 2n` matrix.
     #[must_use]
     pub fn to_dense(&self) -> DMatrix<f64> {
         let n = self.uu.nrows();
@@ -241,6 +247,7 @@ impl Phi {
         for (row, column, block) in blocks {
             phi.view_mut((row, column), (n, n)).copy_from(block);
         }
+        add_diagonal(&mut phi, 1.0);
         phi
     }
 }
@@ -278,20 +285,23 @@ impl Levels {
         after: &Self,
         watch: &mut Watch<'_>,
     ) -> Result<()> {
-        let mut product =
-            |out: &mut DMatrix<f64>, u: &DMatrix<f64>, x: &_, v: &DMatrix<f64>, w: &_| {
-                go_on(watch, 0, 0)?;
-                multiply_into(out, u, x);
-                go_on(watch, 0, 0)?;
-                multiply_add(out, 1.0, v, w);
+        // Phi x = x + (Phi - I) x
+        let mut carry =
+            |out: &mut DMatrix<f64>, x: &DMatrix<f64>, pairs: [(&DMatrix<f64>, &_); 2]| {
+                out.copy_from(x);
+                for (block, level) in pairs {
+                    go_on(watch, 0, 0)?;
+                    multiply_add(out, 1.0, block, level);
+                }
                 Ok::<(), Error>(())
             };
         let (h, g) = (&before.rate, &before.impulse);
         self.time = before.time + after.time;
-        product(&mut self.rate, &phi.vu, g, &phi.vv, h)?;
-        product(&mut self.impulse, &phi.uu, g, &phi.uv, h)?;
+        carry(&mut self.rate, h, [(&phi.vu, g), (&phi.vv, h)])?;
+        carry(&mut self.impulse, g, [(&phi.uu, g), (&phi.uv, h)])?;
         for (i, next) in self.integrals.iter_mut().enumerate() {
-            product(next, &phi.uu, before.level(i + 2), &phi.uv, before.level(i + 1))?;
+            let (x, w) = (before.level(i + 2), before.level(i + 1));
+            carry(next, x, [(&phi.uu, x), (&phi.uv, w)])?;
             let mut factor = 1.0;
             for (power, gathered) in after.integrals[..=i].iter().rev().enumerate() {
                 add_scaled(next.as_mut_slice(), factor, gathered.as_slice());
@@ -356,6 +366,8 @@ pub struct Transition {
     series: Series,
     /// `H`, `G`, `J` and `Q` at `dt`.
     levels: Levels,
+    /// `Phi` as it was squared, where `H` and `G` would not give all its digits.
+    squared: Option<Phi>,
 }
 
 impl Transition {
@@ -376,33 +388,46 @@ impl Transition {
         let inverse_mass = Lu::new("mass matrix", &system.mass.to_dense(), "")?.inverse();
         let (norm, frequency) = system.state_norm(&inverse_mass, dt)?;
         let series = Series::plan(norm);
+        let stiff = frequency > BLOCK_FREQUENCY;
         let start = dt / f64::from(series.squarings).exp2();
-        let depth = if form == Form::Integral { 2 } else { 0 };
+        let depth = match form {
+            Form::Integral => 2,
+            _ if stiff => 1,
+            _ => 0,
+        };
         let mut levels = Levels::series(&system, &inverse_mass, start, series.terms, depth, watch)?;
         let (mut phi, mut doubled) = (Phi::zeros(n), Levels::zeros(n, depth));
         phi.set(&system, &levels);
         for squaring in 0..series.squarings as usize {
             go_on(watch, squaring, series.squarings as usize)?;
-            doubled.carry(&levels, &phi, &levels, watch)?;
-            std::mem::swap(&mut levels, &mut doubled);
-            if frequency > BLOCK_FREQUENCY {
+            if form == Form::Integral || !stiff {
+                doubled.carry(&levels, &phi, &levels, watch)?;
+                std::mem::swap(&mut levels, &mut doubled);
+            }
+            if stiff {
                 phi = phi.squared();
             } else {
                 phi.set(&system, &levels);
             }
+        }
+        if stiff {
+            multiply_into(&mut levels.impulse, &phi.uv, &inverse_mass);
+            levels.rate.copy_from(&inverse_mass);
+            multiply_add(&mut levels.rate, 1.0, &phi.vv, &inverse_mass);
         }
         levels.time = dt;
         check_finite("transition matrix", &levels.impulse)?;
         check_finite("transition matrix", &levels.rate)?;
         match form {
             Form::Integral => {}
-            Form::Stiffness => levels.integrals = by_stiffness(&system, &levels)?,
+            Form::Stiffness => levels.integrals = by_stiffness(&system, &levels, &phi)?,
             Form::State => levels.integrals = by_state(&system, &inverse_mass, &levels)?,
         }
         for integral in &levels.integrals {
             check_finite("particular response", integral)?;
         }
-        Ok(Self { system, series, levels })
+        let squared = stiff.then_some(phi);
+        Ok(Self { system, series, levels, squared })
     }
 
     /// The transition by the stiffness form or, where that is singular or lost in rounding, by the
@@ -419,12 +444,18 @@ impl Transition {
         }
     }
 
-    /// A transition computed before, as [`Transition::levels`] and [`Transition::series`] gave it.
+    /// A transition computed before, as [`Transition::levels`], [`Transition::series`] and
+    /// [`Transition::squared`] gave it.
     ///
     /// # Errors
     /// [`Error::Shape`] where a level does not fit the system, [`Error::NonFinite`],
     /// [`Error::Invalid`] for the time or where `J` or `Q` is missing.
-    pub fn from_levels(system: System, series: Series, levels: Levels) -> Result<Self> {
+    pub fn from_levels(
+        system: System,
+        series: Series,
+        levels: Levels,
+        squared: Option<Phi>,
+    ) -> Result<Self> {
         positive("time step dt", levels.time, "s")?;
         system.check()?;
         check("integrals", levels.integrals.len() as f64, "", "J and Q", |found| found == 2.0)?;
@@ -436,7 +467,14 @@ impl Transition {
             }
             check_finite(name, level)?;
         }
-        Ok(Self { system, series, levels })
+        for block in squared.iter().flat_map(Phi::blocks) {
+            let name = "transition matrix";
+            if block.shape() != expected {
+                return Err(Error::Shape { name, got: block.shape(), expected });
+            }
+            check_finite(name, block)?;
+        }
+        Ok(Self { system, series, levels, squared })
     }
 
     /// The system.
@@ -463,12 +501,20 @@ impl Transition {
         &self.levels
     }
 
+    /// `Phi` where it was squared as a whole, because `H` and `G` do not give all its digits.
+    #[must_use]
+    pub fn squared(&self) -> Option<&Phi> {
+        self.squared.as_ref()
+    }
+
     /// `Phi = exp(A dt)` for the state `(u, v)` (eq. 11).
     #[must_use]
     pub fn phi(&self) -> Phi {
-        let mut phi = Phi::zeros(self.system.len());
-        phi.set(&self.system, &self.levels);
-        phi
+        self.squared.clone().unwrap_or_else(|| {
+            let mut phi = Phi::zeros(self.system.len());
+            phi.set(&self.system, &self.levels);
+            phi
+        })
     }
 
     /// `Gamma = [J; G]`, `2n x n`: the state that a constant unit force leaves after a step (eq. 12).
@@ -485,6 +531,12 @@ impl Transition {
     }
 }
 
+fn add_diagonal(matrix: &mut DMatrix<f64>, by: f64) {
+    for i in 0..matrix.nrows() {
+        matrix[(i, i)] += by;
+    }
+}
+
 /// `[upper; lower]`.
 fn stack(upper: &DMatrix<f64>, lower: &DMatrix<f64>) -> DMatrix<f64> {
     let n = upper.nrows();
@@ -496,23 +548,18 @@ fn stack(upper: &DMatrix<f64>, lower: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_vec(2 * n, upper.ncols(), values)
 }
 
-/// `J` and `Q` from the equation of motion `G'' M + G' C + G K = 0` of `G`, integrated once and
-/// twice: `J = (I - H M - G C) K^-1`, which is `(I - Phi_uu) K^-1`, and `Q = (dt I - G M - J C) K^-1`.
-fn by_stiffness(system: &System, levels: &Levels) -> Result<Vec<DMatrix<f64>>> {
-    let n = system.len();
+/// `J = (I - Phi_uu) K^-1`, and `Q = (dt I - G M - J C) K^-1` from the equation of motion
+/// `G'' M + G' C + G K = 0`, integrated twice.
+fn by_stiffness(system: &System, levels: &Levels, phi: &Phi) -> Result<Vec<DMatrix<f64>>> {
     let lu = Lu::new(STIFFNESS, &system.stiffness.to_dense(), INTEGRAL_ADVICE)?;
     let inverse = lu.inverse();
-    // J is this inverse times a difference of unit matrices: rounding leaves it this much.
-    let step_size = levels.impulse.amax() * levels.time;
-    check_digits("stiffness", f64::EPSILON * inverse.amax() / step_size)?;
-    let integrate = |constant: f64, before: &DMatrix<f64>, level: &DMatrix<f64>| {
-        let mut rest = DMatrix::from_diagonal_element(n, n, constant);
-        system.mass.left_multiply_add(-1.0, before, &mut rest);
-        system.damping.left_multiply_add(-1.0, level, &mut rest);
-        multiply(&rest, &inverse)
-    };
-    let step = integrate(1.0, &levels.rate, &levels.impulse);
-    let ramp = integrate(levels.time, &levels.impulse, &step);
+    let step = multiply_by(&multiply(&phi.uu, &inverse), -1.0);
+    // Rounding leaves I - Phi_uu this much.
+    check_digits("stiffness", f64::EPSILON * inverse.amax() / step.amax())?;
+    let mut rest = system.mass.left_multiply(-1.0, &levels.impulse);
+    system.damping.left_multiply_add(-1.0, &step, &mut rest);
+    add_diagonal(&mut rest, levels.time);
+    let ramp = multiply(&rest, &inverse);
     Ok(vec![step, ramp])
 }
 
@@ -541,9 +588,9 @@ fn by_state(
         a.view_mut((n, column), (n, n)).copy_from(&-block);
     }
     let lu = Lu::new("state matrix A", &a, INTEGRAL_ADVICE)?;
-    let step_size = levels.impulse.amax() * levels.time;
+    // The integral is A^-1 times a difference of size one, against one of the size of the step.
     let slowness = lu.inverse().view((0, 0), (n, 2 * n)).amax();
-    check_digits("state", f64::EPSILON * slowness * levels.impulse.amax() / step_size)?;
+    check_digits("state", f64::EPSILON * slowness / levels.time)?;
     let mut state = stack(&levels.impulse, &levels.rate);
     let mut integrate = |constant: f64| {
         let mut lower = state.rows_mut(n, n);

@@ -20,7 +20,7 @@ fn map<'py, const N: usize>(
         return Err(PyValueError::new_err("the arrays differ in length"));
     }
     let at = |i: usize| law(std::array::from_fn(|k| vectors[k][i]));
-    let values = (0..n).map(at).collect::<Result<Vec<f64>>>().map_err(|e| exception(&e))?;
+    let values = (0..n).map(at).collect::<Result<Vec<f64>>>().map_err(exception)?;
     Ok(PyArray1::from_vec(py, values))
 }
 

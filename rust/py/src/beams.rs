@@ -27,7 +27,7 @@ impl WinklerBeam {
             damping,
             stiffness,
         };
-        beam.check().map_err(|error| exception(&error))?;
+        beam.check().map_err(exception)?;
         Ok(Self(beam))
     }
 
@@ -62,13 +62,13 @@ impl WinklerBeam {
         speed: f64,
         xi: PyReadonlyArray1<'_, f64>,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let moving = self.0.moving_load(speed).map_err(|e| exception(&e))?;
+        let moving = self.0.moving_load(speed).map_err(exception)?;
         let at = |xi| force * moving.deflection(xi);
         Ok(PyArray1::from_vec(py, vector(&xi).into_iter().map(at).collect()))
     }
 
     fn moving_peak(&self, force: f64, speed: f64) -> PyResult<(f64, f64)> {
-        let (deflection, xi) = self.0.moving_load(speed).map_err(|e| exception(&e))?.peak();
+        let (deflection, xi) = self.0.moving_load(speed).map_err(exception)?.peak();
         Ok((force * deflection, xi))
     }
 }
@@ -82,7 +82,7 @@ impl SimplySupportedBeam {
     #[pyo3(signature = (*, length, bending_stiffness, mass))]
     fn new(length: f64, bending_stiffness: f64, mass: f64) -> PyResult<Self> {
         let beam = analytical::SimplySupportedBeam { length, bending_stiffness, mass };
-        beam.check().map_err(|error| exception(&error))?;
+        beam.check().map_err(exception)?;
         Ok(Self(beam))
     }
 

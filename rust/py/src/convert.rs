@@ -1,6 +1,8 @@
 //! Between numpy and the core: all array conversion, and errors to exceptions.
 
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{
+    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
+};
 use pavefem_core::error::{Error, Kind};
 use pavefem_core::linalg::DMatrix;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
@@ -9,7 +11,7 @@ use pyo3::prelude::*;
 pyo3::import_exception!(pavefem.errors, SolverError);
 
 /// The exception for an error of the core.
-pub(crate) fn exception(error: &Error) -> PyErr {
+pub(crate) fn exception(error: Error) -> PyErr {
     let message = error.to_string();
     match error.kind() {
         Kind::Input => PyValueError::new_err(message),
@@ -65,7 +67,6 @@ pub(crate) fn table(
     values: Vec<f64>,
     columns: usize,
 ) -> PyResult<Bound<'_, PyArray2<f64>>> {
-    use numpy::PyArrayMethods;
     let rows = values.len().checked_div(columns).unwrap_or(0);
     PyArray1::from_vec(py, values).reshape([rows, columns])
 }

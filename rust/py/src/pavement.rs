@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pavefem_core::pavement::{self, Bed, Ends, Foundation, Section, Weights};
 use pavefem_core::response::{Hold, Keep, Loads, dense};
-use pavefem_core::transition::{self, Form, Levels, Series, System};
+use pavefem_core::transition::{self, Form, Levels, Phi, Series, System};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -34,7 +34,7 @@ impl Strip {
             records("sections", &sections)?.into_iter().map(section).collect();
         pavement::Strip::new(&sections, element_length, foundation, ends)
             .map(Self)
-            .map_err(|error| exception(&error))
+            .map_err(exception)
     }
 
     #[getter]
@@ -80,7 +80,7 @@ impl Transition {
         ];
         let form = choice("form", form, &forms)?;
         let system = System::from_dense(&matrix(&mass), &matrix(&damping), &matrix(&stiffness))
-            .map_err(|error| exception(&error))?;
+            .map_err(exception)?;
         detached(py, None, |watch| match form {
             None => transition::Transition::of(&system, dt, watch),
             Some(form) => transition::Transition::new(system, dt, form, watch),
@@ -103,32 +103,36 @@ impl Transition {
         levels: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Self> {
         let (norm, terms, squarings) = series;
-        let levels = matrix(&levels);
-        let (rows, n) = levels.shape();
-        if rows != 4 * n {
-            let message = format!("levels has shape ({rows}, {n}), expected ({}, {n})", 4 * n);
+        let rows = matrix(&levels);
+        let n = rows.ncols();
+        if rows.nrows() != 4 * n && rows.nrows() != 8 * n {
+            let message = format!("levels has {} rows of {n}, expected 4 or 8 times", rows.nrows());
             return Err(PyValueError::new_err(message));
         }
-        let level = |i: usize| levels.rows(i * n, n);
+        let block = |i: usize| rows.rows(i * n, n).into_owned();
         let levels = Levels {
             time: dt,
-            rate: level(0).into_owned(),
-            impulse: level(1).into_owned(),
-            integrals: vec![level(2).into_owned(), level(3).into_owned()],
+            rate: block(0),
+            impulse: block(1),
+            integrals: vec![block(2), block(3)],
         };
+        let squared = (rows.nrows() == 8 * n)
+            .then(|| Phi::from_blocks(std::array::from_fn(|i| block(4 + i))));
         let series = Series { norm, terms, squarings };
         let system = strip.0.system().clone();
-        transition::Transition::from_levels(system, series, levels)
+        transition::Transition::from_levels(system, series, levels, squared)
             .map(Self)
-            .map_err(|error| exception(&error))
+            .map_err(exception)
     }
 
-    /// The impulse rate, impulse, step and ramp responses, one below the other, `4n x n`.
+    /// The rate, impulse, step and ramp responses and, where it was squared as a whole, the blocks of
+    /// the transition matrix less one, one below the other: `4n x n` or `8n x n`.
     fn to_rows<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let levels = self.0.levels();
-        let [step, ramp] = [&levels.integrals[0], &levels.integrals[1]];
-        let all = [&levels.rate, &levels.impulse, step, ramp];
-        let values = all.iter().flat_map(|m| m.transpose().as_slice().to_vec()).collect();
+        let responses = [&levels.rate, &levels.impulse].into_iter().chain(&levels.integrals);
+        let squared = self.0.squared().into_iter().flat_map(Phi::blocks);
+        let blocks = responses.chain(squared);
+        let values = blocks.flat_map(|block| block.transpose().as_slice().to_vec()).collect();
         table(py, values, levels.rate.ncols())
     }
 

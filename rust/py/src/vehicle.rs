@@ -37,9 +37,7 @@ impl Vehicle {
         let springs: PyResult<Vec<Spring>> =
             records("springs", &springs)?.into_iter().map(spring).collect();
         let tires: PyResult<Vec<Tire>> = records("tires", &tires)?.into_iter().map(tire).collect();
-        vehicle::Vehicle::new(&bodies?, &springs?, &tires?)
-            .map(Self)
-            .map_err(|error| exception(&error))
+        vehicle::Vehicle::new(&bodies?, &springs?, &tires?).map(Self).map_err(exception)
     }
 
     #[getter]

@@ -36,6 +36,6 @@ pub(crate) fn detached<T: Send>(
     });
     match (raised, outcome) {
         (Some(error), _) => Err(error),
-        (None, outcome) => outcome.map_err(|error| exception(&error)),
+        (None, outcome) => outcome.map_err(exception),
     }
 }
