@@ -81,7 +81,7 @@ TABLE: list[tuple[str, Call, type[Exception], str]] = [
     ("negative damping", lambda: pf.Pavement.paper(beam_damping=-1.0), ValueError, "beam_damping"),
     ("infinite stiffness", lambda: pf.Pavement.paper(bar_rigidity=INF), ValueError, "bar_rigidity"),
     ("unknown field", lambda: pf.Pavement.paper(colour="black"), ValueError, "colour"),
-    ("text for a number", lambda: pf.Pavement.paper(thickness="thick"), ValueError, "thickness"),
+    ("text for a number", lambda: pf.Pavement.paper(bar_mass="heavy"), ValueError, "bar_mass"),
     # asphalt
     ("VMA too low", lambda: pf.Asphalt(vma=3.0), ValueError, "vma"),
     ("VMA above the whole", lambda: pf.Asphalt(vma=100.0), ValueError, "vma"),
@@ -165,7 +165,7 @@ TABLE: list[tuple[str, Call, type[Exception], str]] = [
     ("every half", lambda: simulate(every=1.5), ValueError, "every = 1.5"),
     ("every true", lambda: simulate(every=True), ValueError, "every = True"),
     ("station off the road", lambda: simulate(stations=[5.1]), ValueError,
-     "station = 5.1 m: must be on the road, 0 to 5 m"),
+     "station = 5.1 m: must be on the road, 0 to 5.0 m"),
     ("station before the road", lambda: simulate(stations=[-0.1]), ValueError, "station = -0.1 m"),
     ("station NaN", lambda: simulate(stations=[NAN]), ValueError, "station"),
     ("stations in a table", lambda: simulate(stations=[[1.0]]), ValueError,

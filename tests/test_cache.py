@@ -314,7 +314,9 @@ def test_rows_of_a_transition_come_back(cache_folder: Path) -> None:
         np.testing.assert_array_equal(getattr(again, name), getattr(found, name))
 
 
-@pytest.mark.parametrize("shape", [(0, 0), (4, 1), (3, 18), (73, 18), (72, 17), (18, 72)])
+@pytest.mark.parametrize(
+    "shape", [(0, 0), (4, 1), (3, 18), (73, 18), (108, 18), (72, 17), (18, 72)]
+)
 def test_rows_of_a_wrong_shape_are_refused(shape: tuple[int, int]) -> None:
     strip = ROAD.strip(20.0, 65.0)  # 9 free nodes
     with pytest.raises(ValueError, match="shape"):

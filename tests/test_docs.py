@@ -121,7 +121,6 @@ def _doctest(block: Block, page: Path, namespace: dict[str, Any]) -> None:
     assert runner.summarize(verbose=False).failed == 0, "".join(report)
 
 
-@pytest.mark.skipif(not EXAMPLES, reason="no examples yet")
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
 def test_examples(example: Path, tmp_path: Path, cache_folder: Path) -> None:
     run_process(str(example), cwd=tmp_path)
@@ -132,8 +131,6 @@ def test_doctests(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    if name == "pavefem.__main__":
-        pytest.skip("runs the command line")
     # As an attribute of the package, a module may be hidden by a function of its name.
     importlib.import_module(name)
     module = sys.modules[name]

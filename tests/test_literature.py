@@ -17,6 +17,8 @@ converged scheme within the errors its mesh and time step have (asserted with th
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -279,7 +281,7 @@ def steady_error(pavement: pf.Pavement, speed_kmh: float, **changes: float) -> f
         speed_kmh=speed_kmh,
         scheme=scheme,
         stations=stations,
-        keep=["tire_force"],
+        keep=["deflection", "tire_force"],
     )
     assert result.deflection is not None
     assert result.forces is not None
@@ -314,7 +316,7 @@ def test_converged_scheme_under_a_crawling_force() -> None:
     pavement = pf.Pavement.paper(bar_damping=14e3, beam_damping=0.0)
     road = pf.Road(pavement, length=8.0)
     result = pf.simulate(
-        road, one_axle(2 * FORCE), speed_kmh=11.0, scheme="converged", stations=[4.0], keep=[]
+        road, one_axle(2 * FORCE), speed_kmh=11.0, scheme="converged", stations=[4.0]
     )
     beam = WinklerBeam.of(pavement.constants(20.0, 11.0))
     assert result.deflection is not None
@@ -325,7 +327,7 @@ def test_paper_scheme_is_below_the_infinite_beam() -> None:
     """Bars 0.5 m apart sample a bed coarsely: peaks are some 10 % low at nodes, 30 % between."""
     pavement = pf.Pavement.paper()
     road = pf.Road(pavement, length=14.0)
-    result = pf.simulate(road, one_axle(2 * FORCE), scheme="paper", stations=[7.0, 7.25], keep=[])
+    result = pf.simulate(road, one_axle(2 * FORCE), scheme="paper", stations=[7.0, 7.25])
     peak, _ = WinklerBeam.of(pavement.constants(20.0, 65.0)).moving_peak(FORCE, 65.0 / 3.6)
     assert result.deflection is not None
     at_node, between = 1.0 + result.deflection.min(axis=0) / peak
@@ -393,3 +395,42 @@ def test_pinned_road_is_the_simply_supported_beam() -> None:
             rtol=0,
             atol=2e-4 * beam.static_deflection(FORCE),
         )
+
+
+def test_decay_length_of_the_pavement() -> None:
+    """1 / lambda of Table I at 20 °C and 65 km/h, which the README holds against the 0.5 m mesh."""
+    beam = pf.analytical.WinklerBeam.of(pf.Pavement.paper().constants(20.0, 65.0))
+    assert 1.0 / beam.decay == pytest.approx(0.309, abs=5e-4)
+
+
+def peak_at_mid_length(temperature_c: float, vma: float, speed_kmh: float) -> float:
+    """Give the mid-node peak of the study's truck, tandem spacing 1.6 m, constant forces."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", pf.ValidityWarning)  # the study leaves the laws' range
+        result = pf.simulate(
+            pf.Road.paper().with_asphalt(vma=vma),
+            pf.vehicles.tandem_truck(axle_spacing=1.6),
+            speed_kmh=speed_kmh,
+            temperature_c=temperature_c,
+            keep="envelope",
+        )
+    return -float(result.lowest[25])
+
+
+@pytest.mark.parametrize(
+    ("speed_kmh", "temperature", "vma"),
+    [(25.0, 3.279, 2.014), (65.0, 2.770, 1.884), (105.0, 2.832, 1.646)],
+)
+def test_sensitivities_of_table_three(speed_kmh: float, temperature: float, vma: float) -> None:
+    """Table III within 10 %: mean relative change of the peak over that of the input (Fig. 13)."""
+
+    def sensitivity(points: list[float], peaks: list[float]) -> float:
+        x, y = np.array(points), np.array(peaks)
+        return float(np.mean(np.abs(np.diff(y) / y[:-1]) / (np.diff(x) / x[:-1])))
+
+    hot = [10.0, 20.0, 30.0, 40.0]
+    voids = [15.0, 20.0, 25.0, 30.0]
+    of_hot = sensitivity(hot, [peak_at_mid_length(t, 25.0, speed_kmh) for t in hot])
+    of_voids = sensitivity(voids, [peak_at_mid_length(20.0, v, speed_kmh) for v in voids])
+    assert of_hot == pytest.approx(temperature, rel=0.1)
+    assert of_voids == pytest.approx(vma, rel=0.1)

@@ -24,7 +24,7 @@ ends = "pinned"
 [[road.sections]]
 length = 10.0
 [road.sections.pavement]
-thickness = 0.12
+bar_mass = 340.0
 bar_damping = 100000.0
 [road.sections.pavement.asphalt]
 vma = 18.0
@@ -98,7 +98,7 @@ def test_complete_file(
             sections=[
                 (
                     pf.Pavement(
-                        thickness=0.12,
+                        bar_mass=340.0,
                         bar_damping=1e5,
                         asphalt=pf.Asphalt(
                             vma=18.0, softening_point_c=55.0, penetration_index=-0.5
@@ -259,7 +259,10 @@ def test_one_error_is_one(write: Callable[[str], Path]) -> None:
         ('run_in = 30.0\n[profile]\nmake = "smooth"\nlength = 50.0', "need 55 m"),
         ('[vehicle]\npreset = "tandem_truck"\nwheels = 6', "tandem_truck has no wheels"),
         ('[vehicle]\npreset = "tandem_truck"\naxle_spacing = "wide"', "vehicle"),
-        ('[vehicle]\npreset = "tandem_truck"\naxle_spacing = -1.0', "vehicle.axle_spacing: Input should be greater than 0 (given -1.0)"),
+        (
+            '[vehicle]\npreset = "tandem_truck"\naxle_spacing = -1.0',
+            "vehicle.axle_spacing: Input should be greater than 0 (given -1.0)",
+        ),
         ('[vehicle]\npreset = "tandem_truck"\nrear_tires = 5.0', "vehicle"),
         ("[vehicle]\nname = 'nothing'", "vehicle.bodies"),
         (

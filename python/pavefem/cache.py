@@ -28,7 +28,7 @@ from pavefem import _core
 FOLDER_VARIABLE: Final = "PAVEFEM_CACHE_DIR"
 """Environment variable that names the folder of the files."""
 
-_MAGIC: Final = b"pavefem1"
+_MAGIC: Final = b"pavefem2"
 _HEADER: Final = struct.Struct("<8s32sQdQLL")  # magic, key, n, norm, terms, squarings, checksum
 
 T = TypeVar("T")
@@ -60,16 +60,16 @@ def transition(key: bytes, strip: _core.Strip, dt: float) -> _core.Transition:
 
 def _read(path: Path, key: bytes, strip: _core.Strip, dt: float) -> _core.Transition | None:
     try:
-        if path.stat().st_size > _HEADER.size + 32 * _core.DENSE_LIMIT**2:
+        if path.stat().st_size > _HEADER.size + 64 * _core.DENSE_LIMIT**2:
             return None
         data = path.read_bytes()
         magic, named, n, norm, terms, squarings, checksum = _HEADER.unpack_from(data)
         body = memoryview(data)[_HEADER.size :]
-        if (magic, named, len(body)) != (_MAGIC, key, 32 * n * n):
+        if (magic, named) != (_MAGIC, key) or len(body) not in (32 * n * n, 64 * n * n):
             return None
         if _checksum(data[: _HEADER.size - 4], body) != checksum:
             return None
-        rows = np.frombuffer(body, dtype="<f8").reshape(4 * n, n)
+        rows = np.frombuffer(body, dtype="<f8").reshape(-1, n)
         return _core.Transition.from_rows(strip, dt, (norm, terms, squarings), rows)
     except (OSError, struct.error, ValueError, RuntimeError, OverflowError):
         return None

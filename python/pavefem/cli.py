@@ -17,7 +17,7 @@ from rich.text import Text
 import pavefem
 from pavefem import vehicles
 from pavefem.errors import PavefemError
-from pavefem.formats import read_profile
+from pavefem.formats import PROFILE_READERS, read_profile
 from pavefem.profile import Profile
 from pavefem.result import Result
 from pavefem.scenario import Scenario, explain
@@ -25,7 +25,7 @@ from pavefem.scheme import Scheme
 from pavefem.simulate import run as run_scenario
 
 DEFAULT_RUN_IN = 50.0
-"""Run-in of the nominal case on the built-in profile, m."""
+"""Run-in on the built-in profile, m."""
 
 app = typer.Typer(
     help="""What heavy vehicles on rough roads do to pavements.
@@ -61,36 +61,37 @@ def main(
 def run(
     scenario: Annotated[
         Path | None,
-        typer.Argument(help="Scenario file, TOML; without one, the nominal case.", metavar="FILE"),
+        typer.Argument(help="Scenario file, TOML; without one, the default run.", metavar="FILE"),
     ] = None,
     profile: Annotated[
-        Path | None, typer.Option(help="Profile: station and elevation, .txt, .csv, .dat or .tsv.")
+        Path | None,
+        typer.Option(help=f"Profile: station and elevation, {', '.join(PROFILE_READERS)}."),
     ] = None,
-    speed: Annotated[float | None, typer.Option(help="Speed, km/h.  [nominal: 65]")] = None,
+    speed: Annotated[float | None, typer.Option(help="Speed, km/h.  [default: 65]")] = None,
     temperature: Annotated[
-        float | None, typer.Option(help="Asphalt temperature, °C.  [nominal: 20]")
+        float | None, typer.Option(help="Asphalt temperature, °C.  [default: 20]")
     ] = None,
     vma: Annotated[
-        float | None, typer.Option(help="Voids in the mineral aggregate, %.  [nominal: 25]")
+        float | None, typer.Option(help="Voids in the mineral aggregate, %.  [default: 25]")
     ] = None,
     axle_spacing: Annotated[
-        float | None, typer.Option(help="Spacing of the truck's tandem, m.  [nominal: 1.3]")
+        float | None, typer.Option(help="Spacing of the truck's tandem, m.  [default: 1.3]")
     ] = None,
     payload: Annotated[
-        float | None, typer.Option(help="Payload of the truck, kg.  [nominal: 12400]")
+        float | None, typer.Option(help="Payload of the truck, kg.  [default: 12400]")
     ] = None,
     run_in: Annotated[
         float | None,
         typer.Option(
             help="Length of profile ahead of the road over which the vehicle settles, m.  "
-            "[nominal: 50 on the built-in profile, else 0]"
+            "[default: 50 on the built-in profile, else 0]"
         ),
     ] = None,
     smooth: Annotated[
         bool, typer.Option("--smooth", help="A smooth road: constant static forces.")
     ] = False,
     scheme: Annotated[
-        str | None, typer.Option(help='"paper" or "converged".  [nominal: paper]')
+        str | None, typer.Option(help='"paper" or "converged".  [default: paper]')
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for result.nc and the pictures.")] = Path("out"),
     cache: Annotated[
@@ -150,7 +151,7 @@ def _scenario(
     vma: float | None,
     truck: dict[str, Any],
 ) -> Scenario:
-    """Take the scenario file, or the nominal case, with the options' changes."""
+    """Take the scenario file, or the default run, with the options' changes."""
     if smooth and profile is not None:
         raise ValueError("--smooth and --profile exclude each other")
     base = Scenario() if path is None else Scenario.from_toml(path)
@@ -194,7 +195,7 @@ def _report(result: Result, out: Path) -> None:
     for name, value in result.summary().items():
         table.add_row(name, Text(value))
     console.print(table)
-    from pavefem import plotting
+    from pavefem import plotting  # matplotlib takes half a second to import
 
     pictures = {"response.png": result.plot()}
     scenario = result.scenario

@@ -6,8 +6,6 @@ import math
 from functools import cached_property
 from typing import Annotated, Any, NamedTuple, Self
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from pavefem._model import Model, NotNegative, Number, Positive, VoidsPercent
@@ -49,8 +47,6 @@ class Pavement(Model):
     """The mix of the beam and of the asphalt's part of the bars."""
     moment_of_inertia: Positive = 4.5e-5
     """Second moment of area I of the beam, m⁴ (a strip 0.54 m wide and 0.10 m thick)."""
-    thickness: Positive = 0.10
-    """Thickness of the asphalt layer, m; strains at its bottom are curvature times half of it."""
     spacing: Annotated[Positive, Field(le=100)] = 0.5
     """Distance between bars, and length of the element that the constants below hold for, m."""
     element_mass: Positive = 1000.0
@@ -114,7 +110,3 @@ class Pavement(Model):
             bed_damping=self.bar_damping / self.spacing,
             bed_mass=self.bar_mass / 3.0 / self.spacing,
         )
-
-    def strain(self, curvature: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Bottom-fibre strain of the asphalt layer from the curvature w'', 1/m (beam theory)."""
-        return curvature * (self.thickness / 2.0)

@@ -35,7 +35,7 @@ def plot_result(result: Result, x: float | None = None) -> Figure:
     """
     panels = [draw_envelope]
     if result.deflection is not None:
-        places = result.x if result.stations is None else result.stations
+        places = result.places
         middle = places[np.abs(places - result.scenario.road.length / 2.0).argmin()]
         place = float(middle if x is None else x)
         panels.insert(0, lambda axes, result: draw_history(axes, result, place))

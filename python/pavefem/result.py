@@ -67,6 +67,11 @@ class Result:
         return max(0.0, -float(self.lowest.min()))
 
     @property
+    def places(self) -> NDArray[np.float64]:
+        """Places of the deflection histories, m: the stations, or the nodes."""
+        return self.x if self.stations is None else self.stations
+
+    @property
     def tire_forces(self) -> xr.DataArray:
         """Tire force (time, axle), N."""
         if self.forces is None:
@@ -91,7 +96,7 @@ class Result:
         place = float(x)
         if not math.isfinite(place):
             raise ValueError(f"x = {x!r} m: must be finite")
-        places = self.x if self.stations is None else self.stations
+        places = self.places
         nearest = int(np.abs(places - place).argmin())
         if abs(places[nearest] - place) > 1e-9 * max(1.0, abs(place)):
             raise ValueError(
@@ -115,11 +120,13 @@ class Result:
                     {"units": "s", "long_name": "time of the lowest deflection"},
                 ),
             },
-            coords={"x": ("x", self.x, metres | {"long_name": "place along the road"})},
+            coords={
+                "x": ("x", self.x, metres | {"long_name": "place along the road"}),
+                "time": ("time", self.time, {"units": "s"}),
+            },
             attrs=self._attributes(),
         )
         if self.deflection is not None:
-            dataset = dataset.assign_coords(time=("time", self.time, {"units": "s"}))
             if self.stations is not None:
                 dataset = dataset.assign_coords(station=("station", self.stations, metres))
             attributes = metres | {"long_name": "deflection", "positive": "up"}
@@ -128,15 +135,15 @@ class Result:
             dataset = dataset.merge(self.forces.dataset)
         profile = self.scenario.profile
         if profile is not None:
+            attributes = metres | {"long_name": "profile elevation", "name": profile.name}
             dataset = dataset.assign_coords(
                 profile_station=("profile_station", profile.x, metres)
-            ).assign(
-                profile_elevation=(
-                    "profile_station",
-                    profile.z,
-                    metres | {"long_name": "profile elevation", "name": profile.name},
+            ).assign(profile_elevation=("profile_station", profile.z, attributes))
+            if profile.tracks:
+                tracks = np.stack(list(profile.tracks.values()))
+                dataset = dataset.assign_coords(track=("track", list(profile.tracks))).assign(
+                    track_elevation=(("track", "profile_station"), tracks, attributes)
                 )
-            )
         return dataset
 
     def _attributes(self) -> dict[str, Any]:
@@ -189,7 +196,7 @@ class Result:
 
     def plot(self, x: float | None = None) -> Figure:
         """Draw the deflection at `x` (mid-length), the worst instant, the envelope, the forces."""
-        from pavefem import plotting
+        from pavefem import plotting  # matplotlib takes half a second to import
 
         return plotting.plot_result(self, x)
 
@@ -249,7 +256,7 @@ _DIMENSIONS: Final = {
 
 def _check_dataset(dataset: xr.Dataset) -> None:
     """Find what a file of another origin lacks or holds in another shape."""
-    for name in ("x", "lowest", "highest", "time_of_lowest"):
+    for name in ("x", "time", "lowest", "highest", "time_of_lowest"):
         if name not in dataset.variables:
             raise ValueError(f"it has no {name}")
     place = "station" if "station" in dataset.dims else "x"
@@ -275,8 +282,16 @@ def _from_dataset(dataset: xr.Dataset) -> Result:
         raise ValueError(f"its scenario has no {', '.join(absent)}")
     if "profile_elevation" in dataset:
         elevation = dataset["profile_elevation"]
+        tracks = None
+        if "track_elevation" in dataset:
+            names = dataset["track"].to_numpy()
+            rows = dataset["track_elevation"].to_numpy()
+            tracks = {str(name): row for name, row in zip(names, rows, strict=True)}
         inputs["profile"] = Profile(
-            dataset["profile_station"].to_numpy(), elevation.to_numpy(), elevation.attrs["name"]
+            dataset["profile_station"].to_numpy(),
+            elevation.to_numpy(),
+            elevation.attrs["name"],
+            tracks=tracks,
         )
     forces = None
     if "tire_force" in dataset:
@@ -293,7 +308,7 @@ def _from_dataset(dataset: xr.Dataset) -> Result:
         lowest=dataset["lowest"].to_numpy(),
         highest=dataset["highest"].to_numpy(),
         time_of_lowest=dataset["time_of_lowest"].to_numpy(),
-        time=dataset["time"].to_numpy() if "time" in dataset else np.empty(0),
+        time=dataset["time"].to_numpy(),
         deflection=dataset["deflection"].to_numpy() if "deflection" in dataset else None,
         stations=dataset["station"].to_numpy() if "station" in dataset else None,
         forces=forces,

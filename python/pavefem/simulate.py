@@ -78,7 +78,8 @@ def simulate(
     every : int
         Keep every n-th instant of the histories. The envelope sees all.
     stations : sequence of float, optional
-        Places, m, whose deflection history is kept in place of that of all nodes.
+        Places, m, whose deflection history is kept in place of that of all nodes (between nodes by
+        the element's shape functions).
     cache : bool
         Whether transition matrices are kept between runs, in memory and on disk.
     progress : bool
@@ -133,6 +134,8 @@ def run(
     if places.ndim != 1 or (stations is not None and places.size == 0):
         raise ValueError(f"stations has shape {places.shape}: must be a list of places, m")
     deflection = "deflection" in quantities
+    if stations is not None and not deflection:
+        raise ValueError(f'keep = {keep!r}: must have "deflection" in it where stations are given')
     nodes = deflection and stations is None
     _check_size(scenario, places.size, nodes, int(every))
     stepper, x = _stepper(scenario, nodes, places, int(every), cache)
@@ -147,8 +150,8 @@ def run(
         highest=highest,
         time_of_lowest=step.astype(np.float64) * scenario.scheme.dt,
         time=forces.time[::every],
-        deflection=history if deflection or stations is not None else None,
-        stations=None if nodes or stations is None else places,
+        deflection=history if deflection else None,
+        stations=None if stations is None else places,
         forces=_thin(forces, every) if "tire_force" in quantities else None,
     )
 
@@ -184,7 +187,7 @@ def _check_keep(keep: Keep) -> Sequence[Quantity]:
 
 
 def _stepper(
-    scenario: Scenario, nodes: bool, stations: np.ndarray, every: int, keep: bool
+    scenario: Scenario, nodes: bool, stations: np.ndarray, every: int, cache: bool
 ) -> tuple[_core.Stepper, np.ndarray]:
     """Prepare the road for stepping, or take what a run before has prepared; and its nodes."""
     road, scheme = scenario.road, scenario.scheme
@@ -197,15 +200,15 @@ def _stepper(
     def make() -> _core.Stepper:
         response = (
             transition(key, strip, scheme.dt)
-            if keep
+            if cache
             else _core.Transition.of_strip(strip, scheme.dt)
         )
         return _core.Stepper(strip, response, scheme.weights, scheme.hold, nodes, stations, every)
 
-    if not keep:
+    if not cache:
         return make(), x
-    # Some two dozen matrices of n x n, n being two unknowns a node.
-    size = 25 * 8 * (2 * x.size) ** 2
+    # Some 25 matrices of n x n, n being two unknowns a node; 35 where forces vary within a step.
+    size = (25 if scheme.hold == "zero" else 35) * 8 * (2 * x.size) ** 2
     whole = (key, scheme.weights, scheme.hold, nodes, tuple(stations), every)
     return _STEPPERS.get(whole, size, make), x
 

@@ -137,6 +137,15 @@ impl Error {
 /// The core's result.
 pub type Result<T> = std::result::Result<T, Error>;
 
+/// The error of a value that is not allowed.
+pub(crate) fn invalid(
+    name: impl Into<String>,
+    value: impl ToString,
+    allowed: impl Into<String>,
+) -> Error {
+    Error::Invalid { name: name.into(), value: value.to_string(), allowed: allowed.into() }
+}
+
 /// `value` if it is finite and `allowed` holds for it.
 pub(crate) fn check(
     name: &str,
@@ -149,11 +158,17 @@ pub(crate) fn check(
         return Ok(value);
     }
     let space = if unit.is_empty() { "" } else { " " };
-    Err(Error::Invalid {
-        name: name.to_owned(),
-        value: format!("{value:?}{space}{unit}"),
-        allowed: allowed.to_owned(),
-    })
+    Err(invalid(name, format!("{value:?}{space}{unit}"), allowed))
+}
+
+/// A whole number if `allowed` holds for it.
+pub(crate) fn check_count(
+    name: &str,
+    count: usize,
+    allowed: &str,
+    holds: impl FnOnce(usize) -> bool,
+) -> Result<usize> {
+    if holds(count) { Ok(count) } else { Err(invalid(name, count, allowed)) }
 }
 
 /// `value` if it is finite and above zero.
@@ -168,6 +183,11 @@ pub(crate) fn not_negative(name: &str, value: f64, unit: &str) -> Result<f64> {
 
 /// A watcher of a long run: told the steps done and the steps in all, it says whether to go on.
 pub type Watch<'a> = dyn FnMut(usize, usize) -> bool + 'a;
+
+/// A watcher that lets a run go on.
+pub fn unwatched(_: usize, _: usize) -> bool {
+    true
+}
 
 /// Tell the watcher; an error if it wants to stop.
 pub(crate) fn go_on(watch: &mut Watch<'_>, step: usize, steps: usize) -> Result<()> {

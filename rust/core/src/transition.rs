@@ -19,7 +19,7 @@
 //!
 //! The repeated integrals of `G` answer forces that last: `J = int G` a step, `Q = int J` a ramp.
 
-use crate::error::{Error, Result, Watch, check, go_on, positive};
+use crate::error::{Error, Result, Watch, check, check_count, go_on, positive};
 use crate::linalg::{
     Banded, DMatrix, Lu, add_scaled, check_finite, multiply, multiply_add, multiply_by,
     multiply_into, zeros,
@@ -381,7 +381,7 @@ impl Transition {
         check("time step dt", dt, "s", "1e-12 to 1e6", |dt| (1e-12..=1e6).contains(&dt))?;
         system.check()?;
         let n = system.len();
-        check("number of free unknowns", n as f64, "", "at least 1", |n| n >= 1.0)?;
+        check_count("number of free unknowns", n, "at least 1", |n| n >= 1)?;
         if n > DENSE_LIMIT {
             return Err(Error::TooLarge { unknowns: n, limit: DENSE_LIMIT });
         }
@@ -458,7 +458,9 @@ impl Transition {
     ) -> Result<Self> {
         positive("time step dt", levels.time, "s")?;
         system.check()?;
-        check("integrals", levels.integrals.len() as f64, "", "J and Q", |found| found == 2.0)?;
+        check_count("number of integrals", levels.integrals.len(), "2, J and Q", |found| {
+            found == 2
+        })?;
         let expected = (system.len(), system.len());
         for number in 0..4 {
             let (name, level) = ("transition matrix", levels.level(number));

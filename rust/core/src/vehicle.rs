@@ -10,7 +10,10 @@
 
 use nalgebra::DVector;
 
-use crate::error::{Error, Result, Watch, check, go_on, not_negative, positive, reserve};
+use crate::error::{
+    Error, Result, Watch, check, check_count, go_on, invalid, not_negative, positive, reserve,
+    unwatched,
+};
 use crate::linalg::{DMatrix, Lu};
 use crate::transition::{Form, System, Transition};
 
@@ -101,8 +104,8 @@ impl<'a> Frame<'a> {
             not_negative(&name("inertia"), body.inertia, "kg m^2")?;
             check(&name("x"), body.x, "m", "finite", |_| true)?;
             if let Some((to, x)) = body.pin {
-                let earlier = |to| to < number as f64;
-                check(&name("pinned to"), to as f64, "", "the number of an earlier body", earlier)?;
+                let earlier = "the number of an earlier body";
+                check_count(&name("pinned to"), to, earlier, |to| to < number)?;
                 check(&name("pin"), x, "m", "finite", |_| true)?;
                 positive(&name("inertia of a pinned body"), body.inertia, "kg m^2")?;
             } else {
@@ -134,7 +137,7 @@ impl<'a> Frame<'a> {
     fn check_point(&self, name: &str, point: Point) -> Result<()> {
         let bodies = self.bodies.len();
         let allowed = format!("one of the {bodies} bodies");
-        check(&format!("{name}: body"), point.body as f64, "", &allowed, |b| b < bodies as f64)?;
+        check_count(&format!("{name}: body"), point.body, &allowed, |body| body < bodies)?;
         check(&format!("{name}: x"), point.x, "m", "finite", |_| true)?;
         Ok(())
     }
@@ -150,8 +153,8 @@ impl Vehicle {
     /// [`Error::Invalid`] for a property out of range, a reference to no body, or a tire that does
     /// not press on the road at rest; [`Error::Singular`] where a body is not held up.
     pub fn new(bodies: &[Body], springs: &[Spring], tires: &[Tire]) -> Result<Self> {
-        check("bodies", bodies.len() as f64, "", "at least 1", |bodies| bodies >= 1.0)?;
-        check("tires", tires.len() as f64, "", "at least 1", |tires| tires >= 1.0)?;
+        check_count("number of bodies", bodies.len(), "at least 1", |bodies| bodies >= 1)?;
+        check_count("number of tires", tires.len(), "at least 1", |tires| tires >= 1)?;
         let frame = Frame::new(bodies)?;
         let n = frame.n;
         let mut mass = DMatrix::zeros(n, n);
@@ -240,9 +243,10 @@ impl Vehicle {
         positive("speed", run.speed, "m/s")?;
         check("start", run.start, "m", "finite", |_| true)?;
         let total = run.skip.saturating_add(run.steps);
-        check("steps", total as f64, "", "at most 1e9", |steps| steps <= 1e9)?;
+        check_count("steps", total, "at most 1e9", |steps| steps <= 1_000_000_000)?;
+        // A handful of unknowns: done before anyone could ask.
         let transition =
-            Transition::new(self.system.clone(), run.dt, Form::Integral, &mut |_, _| true)?;
+            Transition::new(self.system.clone(), run.dt, Form::Integral, &mut unwatched)?;
         let (gamma, ramp) = (transition.gamma(), transition.ramp());
         let inputs: Vec<_> = self.rows.iter().map(|row| (&gamma * row, &ramp * row)).collect();
         let phi = transition.phi().to_dense();
@@ -326,8 +330,7 @@ impl<'a> Profile<'a> {
     /// [`Error::Invalid`] for fewer than two samples, arrays of different length, numbers that are
     /// not finite, or stations that do not increase.
     pub fn new(x: &'a [f64], z: &'a [f64], interpolation: Interpolation) -> Result<Self> {
-        let n = x.len() as f64;
-        check("samples of the profile", n, "", "at least 2", |n| n >= 2.0)?;
+        check_count("samples of the profile", x.len(), "at least 2", |n| n >= 2)?;
         if x.len() != z.len() {
             return Err(Error::Shape {
                 name: "elevations",
@@ -337,12 +340,13 @@ impl<'a> Profile<'a> {
         }
         for (name, values) in [("station", x), ("elevation", z)] {
             if let Some(i) = values.iter().position(|value| !value.is_finite()) {
-                check(&format!("{name} {i}"), values[i], "m", "finite", |_| true)?;
+                return Err(invalid(format!("{name} {i}"), format!("{:?} m", values[i]), "finite"));
             }
         }
         if let Some(i) = x.windows(2).position(|pair| pair[1] <= pair[0]) {
             let allowed = format!("above the one before it, {:?} m", x[i]);
-            check(&format!("station {}", i + 1), x[i + 1], "m", &allowed, |_| false)?;
+            let station = format!("station {}", i + 1);
+            return Err(invalid(station, format!("{:?} m", x[i + 1]), allowed));
         }
         Ok(Self { x, z, interpolation })
     }

@@ -15,6 +15,8 @@ pub(crate) struct Strip(pavement::Strip);
 
 #[pymethods]
 impl Strip {
+    /// Rows of sections: length, bending stiffness and damping, mass of the beam; then stiffness,
+    /// damping and mass of the bed.
     #[new]
     fn new(
         sections: PyReadonlyArray2<'_, f64>,
@@ -106,7 +108,8 @@ impl Transition {
         let rows = matrix(&levels);
         let n = rows.ncols();
         if rows.nrows() != 4 * n && rows.nrows() != 8 * n {
-            let message = format!("levels has {} rows of {n}, expected 4 or 8 times", rows.nrows());
+            let message =
+                format!("levels has shape {:?}, expected (4 n, n) or (8 n, n)", rows.shape());
             return Err(PyValueError::new_err(message));
         }
         let block = |i: usize| rows.rows(i * n, n).into_owned();
@@ -181,10 +184,7 @@ type Kept<'py> = (
 );
 
 #[pyclass(frozen, module = "pavefem._core")]
-pub(crate) struct Stepper {
-    stepper: dense::Stepper,
-    columns: usize,
-}
+pub(crate) struct Stepper(dense::Stepper);
 
 #[pymethods]
 impl Stepper {
@@ -204,12 +204,11 @@ impl Stepper {
         let weights = choice("weights", weights, &shares)?;
         let hold = choice("hold", hold, &[("zero", Hold::Zero), ("first", Hold::First)])?;
         let keep = Keep { nodes, stations: vector(&stations), every };
-        let columns = keep.stations.len() + if nodes { strip.0.nodes().len() } else { 0 };
         let (strip, transition) = (strip.0.clone(), transition.0.clone());
-        let stepper = detached(py, None, |watch| {
+        detached(py, None, |watch| {
             dense::Stepper::new(strip, transition, (weights, hold), &keep, watch)
-        })?;
-        Ok(Self { stepper, columns })
+        })
+        .map(Self)
     }
 
     #[pyo3(signature = (positions, forces, progress=None))]
@@ -224,11 +223,11 @@ impl Stepper {
         let (positions, forces) = (rows(&positions), rows(&forces));
         let record = detached(py, progress.as_ref(), |watch| {
             let loads = Loads { axles, positions: &positions, forces: &forces };
-            self.stepper.run(&loads, watch)
+            self.0.run(&loads, watch)
         })?;
         let envelope = record.envelope;
         Ok((
-            table(py, record.history, self.columns)?,
+            table(py, record.history, self.0.columns())?,
             PyArray1::from_vec(py, envelope.lowest),
             PyArray1::from_vec(py, envelope.highest),
             PyArray1::from_vec(py, envelope.lowest_step),

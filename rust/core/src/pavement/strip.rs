@@ -4,7 +4,7 @@ use nalgebra::{Matrix2, Matrix4};
 
 use super::element::{bending, consistent, lumped};
 use super::load::Weights;
-use crate::error::{Error, Result, check, not_negative, positive};
+use crate::error::{Result, check, invalid, not_negative, positive};
 use crate::linalg::Banded;
 use crate::transition::System;
 
@@ -150,11 +150,9 @@ impl Strip {
             elements.extend(std::iter::repeat_n((section, section.length / count as f64), count));
         }
         if elements.len() < 2 {
-            return Err(Error::Invalid {
-                name: "road length".to_owned(),
-                value: format!("{} m", nodes[nodes.len() - 1]),
-                allowed: format!("at least two elements of {element_length} m"),
-            });
+            let allowed = format!("at least two elements of {element_length:?} m");
+            let length = nodes[nodes.len() - 1];
+            return Err(invalid("road length", format!("{length:?} m"), allowed));
         }
         let mut mass = BlockTridiagonal::zeros(nodes.len());
         let mut damping = mass.clone();

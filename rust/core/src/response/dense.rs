@@ -16,13 +16,15 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+use super::Hold;
+use super::kernel::{Bands, Blocks};
 use super::record::{Extremes, Keep, Record};
-use crate::error::{Error, Result, Watch, check, go_on, reserve};
+use crate::error::{Error, Result, Watch, go_on, invalid, reserve};
 use crate::linalg::{DMatrix, add_scaled, multiply_add, multiply_by, zeros};
 use crate::pavement::Weights;
-use crate::pavement::load::TRACK_SHARE;
+use crate::pavement::load::{Loads, NodalForces};
 use crate::pavement::strip::{Shares, Strip};
-use crate::transition::{Levels, System, Transition};
+use crate::transition::{Levels, Transition};
 
 /// Steps that the state goes at a time. More would cost more in preparing than they save on a road
 /// as long as the paper's.
@@ -30,65 +32,6 @@ const BLOCK: usize = 4;
 
 /// Blocks between two products for what lies in between, and two words to the watcher.
 const BATCH: usize = 64;
-
-/// What the nodal forces do within a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hold {
-    /// They keep their value and place at its beginning: first order in `dt` (the paper).
-    Zero,
-    /// They go linearly from their value at its beginning to that at its end: second order.
-    First,
-}
-
-/// Axle forces along the road: `instants x axles`, row by row.
-#[derive(Debug, Clone, Copy)]
-pub struct Loads<'a> {
-    /// Number of axles.
-    pub axles: usize,
-    /// Place of each axle at each instant, m; off the road it loads nothing.
-    pub positions: &'a [f64],
-    /// Force of each axle at each instant, N, positive pressing on the road.
-    pub forces: &'a [f64],
-}
-
-impl Loads<'_> {
-    fn check(&self) -> Result<usize> {
-        check("number of axles", self.axles as f64, "", "at least 1", |axles| axles >= 1.0)?;
-        let instants = self.positions.len() / self.axles;
-        let expected = (instants.max(1), self.axles);
-        for (name, values) in [("axle positions", self.positions), ("axle forces", self.forces)] {
-            if values.len() != expected.0 * expected.1 {
-                return Err(Error::Shape { name, got: (values.len(), 1), expected });
-            }
-            if let Some(at) = values.iter().position(|value| !value.is_finite()) {
-                let (row, column) = (at / self.axles, at % self.axles);
-                return Err(Error::NonFinite { name, value: values[at], row, column });
-            }
-        }
-        Ok(instants)
-    }
-}
-
-/// Forces on the unknowns of the road at one instant, up positive, few of them not zero.
-#[derive(Debug, Default)]
-struct NodalForces(Vec<(usize, f64)>);
-
-impl NodalForces {
-    /// What the axles do at `instant` (Fig. 6); a share on a held unknown goes into its support.
-    fn set(&mut self, strip: &Strip, loads: &Loads<'_>, weights: Weights, instant: usize) {
-        let row = instant * loads.axles..(instant + 1) * loads.axles;
-        let axles = loads.positions[row.clone()].iter().zip(&loads.forces[row]);
-        self.0.clear();
-        for (&x, &force) in axles {
-            let Some(shares) = strip.shares(x, weights) else { continue };
-            for (unknown, weight) in shares.unknowns.into_iter().zip(shares.weights) {
-                if let (Some(unknown), true) = (unknown, weight != 0.0) {
-                    self.0.push((unknown, -TRACK_SHARE * force * weight));
-                }
-            }
-        }
-    }
-}
 
 /// The matrices that a road, a time step, a hold and the places to read need.
 ///
@@ -134,8 +77,7 @@ impl Stepper {
         watch: &mut Watch<'_>,
     ) -> Result<Self> {
         if transition.system() != strip.system() {
-            let (name, value) = ("transition".to_owned(), "that of another system".to_owned());
-            return Err(Error::Invalid { name, value, allowed: "that of the strip".to_owned() });
+            return Err(invalid("transition", "that of another system", "that of the strip"));
         }
         let n = strip.system().len();
         let probes = keep.probes(&strip)?;
@@ -164,16 +106,10 @@ impl Stepper {
         Ok(Self { strip, transition, weights, every, first_kept, probes, block, between, pulses })
     }
 
-    /// The road.
+    /// Columns of a record's history.
     #[must_use]
-    pub fn strip(&self) -> &Strip {
-        &self.strip
-    }
-
-    /// The transition of one step.
-    #[must_use]
-    pub fn transition(&self) -> &Transition {
-        &self.transition
+    pub fn columns(&self) -> usize {
+        self.probes.len() - self.first_kept
     }
 
     /// Deflection of the road under `loads`, from rest.
@@ -266,7 +202,7 @@ impl WithSimd for Run<'_, '_> {
         let nodes = strip.nodes().len();
         let mut extremes = Extremes::new(nodes);
         let mut history = Vec::new();
-        reserve(&mut history, instants.div_ceil(*every) * (probes.len() - first_kept))?;
+        reserve(&mut history, instants.div_ceil(*every) * stepper.columns())?;
         let mut state = State::new::<S>(stepper);
         let mut batch = Batch::new(stepper);
         let mut forces = Forces::default();
@@ -443,161 +379,5 @@ impl State {
         let [u, v] = &mut self.next;
         self.blocks.apply(simd, self.n, &self.products, &mut u[half..], &mut v[half..]);
         std::mem::swap(&mut self.now, &mut self.next);
-    }
-}
-
-/// The bands of `M`, `C` and `K`, a diagonal after the other, rows filled up with zeros.
-struct Bands {
-    half: usize,
-    rows: usize,
-    diagonals: [Vec<f64>; 3],
-}
-
-impl Bands {
-    fn new(system: &System, rows: usize) -> Self {
-        let matrices = [&system.mass, &system.damping, &system.stiffness];
-        let half = matrices.iter().map(|matrix| matrix.half()).max().unwrap_or(0);
-        let n = system.len();
-        let diagonals = matrices.map(|matrix| {
-            let entry = |d: usize, i: usize| match (i + d).checked_sub(half) {
-                Some(j) if i < n && j < n => matrix.get(i, j),
-                _ => 0.0,
-            };
-            (0..=2 * half).flat_map(|d| (0..rows).map(move |i| entry(d, i))).collect()
-        });
-        Self { half, rows, diagonals }
-    }
-
-    /// `(M u, C u + M v, -K u, M v)` of a state with `half` zeros on each side.
-    #[inline(always)]
-    fn apply<S: Simd>(&self, simd: S, u: &[f64], v: &[f64], out: &mut [Vec<f64>; 4]) {
-        let lanes = S::F64_LANES;
-        let load = |from: &[f64], at: usize| S::as_simd_f64s(&from[at..at + lanes]).0[0];
-        let [mass, damping, stiffness] = &self.diagonals;
-        for row in (0..self.rows).step_by(lanes) {
-            let [mut p, mut q, mut r, mut s] = [simd.splat_f64s(0.0); 4];
-            for d in 0..=2 * self.half {
-                let at = d * self.rows + row;
-                let (u, v) = (load(u, row + d), load(v, row + d));
-                let m = load(mass, at);
-                p = simd.mul_add_f64s(m, u, p);
-                q = simd.mul_add_f64s(load(damping, at), u, simd.mul_add_f64s(m, v, q));
-                r = simd.mul_add_f64s(load(stiffness, at), u, r);
-                s = simd.mul_add_f64s(m, v, s);
-            }
-            for (out, value) in out.iter_mut().zip([p, q, simd.neg_f64s(r), s]) {
-                S::as_mut_simd_f64s(&mut out[row..row + lanes]).0[0] = value;
-            }
-        }
-    }
-}
-
-/// Rows that one pass of the step keeps in registers, in vectors, by the width of the vectors: two
-/// sums a row, and the 32 registers of AVX-512 or the 16 of older sets.
-const fn tallest_panel(lanes: usize) -> usize {
-    if lanes >= 8 { 8 } else { 4 }
-}
-
-/// `G` and `H` cut into panels of rows, each stored in the order in which the step reads it: for
-/// each column the panel's rows of `G`, then those of `H`.
-struct Blocks {
-    /// Numbers, from `offset` on, which is where a cache line starts.
-    values: Vec<f64>,
-    offset: usize,
-    /// Height of each panel, in vectors.
-    panels: Vec<usize>,
-    /// Rows, those filled up with zeros included.
-    rows: usize,
-}
-
-impl Blocks {
-    fn new<S: Simd>(g: &DMatrix<f64>, h: &DMatrix<f64>) -> Self {
-        let n = g.nrows();
-        let lanes = S::F64_LANES;
-        let vectors = n.div_ceil(lanes);
-        // As even as they can be: a low panel would leave registers unused.
-        let count = vectors.div_ceil(tallest_panel(lanes));
-        let panels: Vec<usize> =
-            (0..count).map(|i| (vectors * (i + 1)) / count - (vectors * i) / count).collect();
-        let rows = vectors * lanes;
-        let line = 8;
-        let mut values = vec![0.0; 2 * rows * n + line];
-        let offset = values.as_ptr().align_offset(line * size_of::<f64>()).min(line);
-        let mut to = offset;
-        let mut top = 0;
-        for height in panels.iter().map(|vectors| vectors * lanes) {
-            let filled = height.min(n - top);
-            for column in 0..n {
-                for matrix in [g, h] {
-                    let from = &matrix.as_slice()[column * n + top..][..filled];
-                    values[to..to + filled].copy_from_slice(from);
-                    to += height;
-                }
-            }
-            top += height;
-        }
-        Self { values, offset, panels, rows }
-    }
-
-    /// `u += H p + G q`, `v += G r + H s`, over `n` columns.
-    #[inline(always)]
-    fn apply<S: Simd>(
-        &self,
-        simd: S,
-        n: usize,
-        [p, q, r, s]: &[Vec<f64>; 4],
-        u: &mut [f64],
-        v: &mut [f64],
-    ) {
-        let x = [&p[..n], &q[..n], &r[..n], &s[..n]];
-        let mut from = self.offset;
-        let mut top = 0;
-        for &vectors in &self.panels {
-            let height = vectors * S::F64_LANES;
-            let size = 2 * height * n;
-            let values = &self.values[from..from + size];
-            let (u, v) = (&mut u[top..top + height], &mut v[top..top + height]);
-            match vectors {
-                1 => panel::<S, 1>(simd, values, x, u, v),
-                2 => panel::<S, 2>(simd, values, x, u, v),
-                3 => panel::<S, 3>(simd, values, x, u, v),
-                4 => panel::<S, 4>(simd, values, x, u, v),
-                5 => panel::<S, 5>(simd, values, x, u, v),
-                6 => panel::<S, 6>(simd, values, x, u, v),
-                7 => panel::<S, 7>(simd, values, x, u, v),
-                _ => panel::<S, 8>(simd, values, x, u, v),
-            }
-            from += size;
-            top += height;
-        }
-    }
-}
-
-/// One panel of `V` vectors of rows, its sums in registers.
-#[inline(always)]
-fn panel<S: Simd, const V: usize>(
-    simd: S,
-    values: &[f64],
-    [p, q, r, s]: [&[f64]; 4],
-    u: &mut [f64],
-    v: &mut [f64],
-) {
-    let (columns, _) = S::as_simd_f64s(values);
-    let mut sum_u = [simd.splat_f64s(0.0); V];
-    let mut sum_v = sum_u;
-    let x = p.iter().zip(q).zip(r.iter().zip(s));
-    for (column, ((p, q), (r, s))) in columns.chunks_exact(2 * V).zip(x) {
-        let [p, q, r, s] = [p, q, r, s].map(|x| simd.splat_f64s(*x));
-        let (g, h) = column.split_at(V);
-        for i in 0..V {
-            sum_u[i] = simd.mul_add_f64s(h[i], p, simd.mul_add_f64s(g[i], q, sum_u[i]));
-            sum_v[i] = simd.mul_add_f64s(h[i], s, simd.mul_add_f64s(g[i], r, sum_v[i]));
-        }
-    }
-    for (out, sum) in [(u, sum_u), (v, sum_v)] {
-        let (out, _) = S::as_mut_simd_f64s(out);
-        for (out, sum) in out.iter_mut().zip(sum) {
-            *out = simd.add_f64s(*out, sum);
-        }
     }
 }

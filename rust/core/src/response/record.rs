@@ -1,6 +1,6 @@
 //! What is kept of a run: histories at chosen places, and the envelope of every node.
 
-use crate::error::{Error, Result, check};
+use crate::error::{Result, check_count, invalid};
 use crate::pavement::Weights;
 use crate::pavement::strip::{Shares, Strip};
 
@@ -40,13 +40,11 @@ impl Keep {
     /// Where deflections are read: at every node, then at the stations by the element's shape
     /// functions.
     pub(super) fn probes(&self, strip: &Strip) -> Result<Vec<Shares>> {
-        check("every", self.every as f64, "", "at least 1", |every| every >= 1.0)?;
+        check_count("every", self.every, "at least 1", |every| every >= 1)?;
         let probe = |x: &f64| {
-            strip.shares(*x, Weights::Hermite).ok_or_else(|| Error::Invalid {
-                name: "station".to_owned(),
-                value: format!("{x} m"),
-                allowed: format!("on the road, 0 to {} m", strip.length()),
-            })
+            let allowed = || format!("on the road, 0 to {:?} m", strip.length());
+            let off = || invalid("station", format!("{x:?} m"), allowed());
+            strip.shares(*x, Weights::Hermite).ok_or_else(off)
         };
         strip.nodes().iter().chain(&self.stations).map(probe).collect()
     }
