@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 import os
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final, Literal, Self, overload
 
 import numpy as np
@@ -46,11 +49,12 @@ class ProfileSource:
     header : tuple of str
         Column names as written in the file; empty without a header.
     columns : tuple of int
-        Columns of station and elevation, counted from 0.
+        Columns of station and of the elevation of each track, counted from 0; the station's is
+        -1 where the file gives a spacing instead.
     delimiter, decimal : str, optional
         Field delimiter (a blank stands for any whitespace) and decimal mark of a text file.
     units : tuple of str
-        Units of station and elevation in the file; the profile itself is in m.
+        Units of station and of each track in the file; the profile itself is in m.
     units_from : tuple of str
         Where each unit comes from: ``"header"``, ``"option"`` or ``"default"``.
     stations : {"as read", "rounding removed", "resampled"}
@@ -63,21 +67,22 @@ class ProfileSource:
     path: str
     rows: int
     header: tuple[str, ...] = ()
-    columns: tuple[int, int] = (0, 1)
+    columns: tuple[int, ...] = (0, 1)
     delimiter: str | None = None
     decimal: str | None = None
-    units: tuple[str, str] = ("m", "m")
-    units_from: tuple[str, str] = ("default", "default")
+    units: tuple[str, ...] = ("m", "m")
+    units_from: tuple[str, ...] = ("default", "default")
     stations: Literal["as read", "rounding removed", "resampled"] = "as read"
     resampled_from: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Profile:
-    """Elevation of the road surface along one wheel track.
+    """Elevation of the road surface along one wheel track, or along several side by side.
 
     Between stations the elevation is linear; before the first and after the last it is level.
-    Two profiles are equal when stations, elevations and names are.
+    Whatever takes one elevation for each station takes that of the first track, `z`; `track`
+    gives another one. Two profiles are equal when stations, elevations, tracks and names are.
 
     Parameters
     ----------
@@ -89,6 +94,9 @@ class Profile:
         What plots and tables call the profile.
     source : ProfileSource, optional
         What was understood of the file the profile was read from.
+    tracks : mapping of str to array_like, shape (n,), optional
+        Elevations, m, of each track of a profile with several, by name, such as ``"left"`` and
+        ``"right"``; the first must be `z`.
 
     Attributes
     ----------
@@ -96,12 +104,14 @@ class Profile:
         Stations and elevations, m; copies of what was given.
     name : str
     source : ProfileSource or None
+    tracks : mapping of str to ndarray of float64, read-only
+        Empty for a profile of one track; else `z` is the first of them.
 
     Raises
     ------
     ValueError
-        If `x` and `z` are not real, finite, one-dimensional and of one length of at least 2, or
-        if `x` does not increase strictly.
+        If `x`, `z` and the tracks are not real, finite, one-dimensional and of one length of at
+        least 2, if `x` does not increase strictly, or if the first track is not `z`.
 
     Examples
     --------
@@ -116,9 +126,15 @@ class Profile:
     z: NDArray[np.float64]
     name: str
     source: ProfileSource | None
+    tracks: Mapping[str, NDArray[np.float64]]
 
     def __init__(
-        self, x: ArrayLike, z: ArrayLike, name: str = "", source: ProfileSource | None = None
+        self,
+        x: ArrayLike,
+        z: ArrayLike,
+        name: str = "",
+        source: ProfileSource | None = None,
+        tracks: Mapping[str, ArrayLike] | None = None,
     ) -> None:
         stations, elevations = _finite_vector("x", x), _finite_vector("z", z)
         if stations.size != elevations.size:
@@ -131,12 +147,14 @@ class Profile:
         _check_increasing(stations)
         if not isinstance(name, str):
             raise ValueError(f"name must be a string, got {name!r}")
-        for array in (stations, elevations):
+        named = _checked_tracks(tracks or {}, elevations)
+        for array in (stations, elevations, *named.values()):
             array.setflags(write=False)
         object.__setattr__(self, "x", stations)
         object.__setattr__(self, "z", elevations)
         object.__setattr__(self, "name", name)
         object.__setattr__(self, "source", source)
+        object.__setattr__(self, "tracks", MappingProxyType(named))
 
     @classmethod
     def smooth(cls, length: float, spacing: float = 0.25) -> Self:
@@ -276,7 +294,8 @@ class Profile:
         Profile
         """
         x = _uniform_stations(float(self.x[0]), self.length, spacing)
-        return replace(self, x=x, z=self.elevation(x))
+        tracks = {name: np.interp(x, self.x, z) for name, z in self.tracks.items()}
+        return replace(self, x=x, z=self.elevation(x), tracks=tracks)
 
     def slice(self, start: float, stop: float) -> Self:
         """Cut out the samples from one station to another, both included; stations stay.
@@ -308,47 +327,106 @@ class Profile:
                 f"slice from {start} to {stop} m holds {np.count_nonzero(kept)} samples at a "
                 f"spacing of {self.spacing:g} m, at least 2 are needed"
             )
-        return replace(self, x=self.x[kept], z=self.z[kept])
+        tracks = {name: z[kept] for name, z in self.tracks.items()}
+        return replace(self, x=self.x[kept], z=self.z[kept], tracks=tracks)
+
+    def track(self, name: str) -> Self:
+        """One of several tracks, as a profile of its own.
+
+        Parameters
+        ----------
+        name : str
+            One of `tracks`, such as ``"left"``.
+
+        Returns
+        -------
+        Profile
+            Its name ends with that of the track.
+
+        Raises
+        ------
+        ValueError
+            If there is no such track.
+        """
+        if name not in self.tracks:
+            has = f"tracks {', '.join(self.tracks)}" if self.tracks else "one track, without a name"
+            raise ValueError(f"track {name!r} is not in the profile, which has {has}")
+        i, source = 1 + list(self.tracks).index(name), self.source
+        if source is not None and len(source.columns) == len(source.units) == 1 + len(self.tracks):
+            source = replace(
+                source,
+                columns=(source.columns[0], source.columns[i]),
+                units=(source.units[0], source.units[i]),
+                units_from=(source.units_from[0], source.units_from[i]),
+            )
+        title = f"{self.name}, {name}" if self.name else name
+        return replace(self, z=self.tracks[name], name=title, source=source, tracks={})
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write stations and elevations (m) as comma-separated text, at full precision.
 
         `read_profile` reads the file back to the same numbers; for irregular stations it needs
-        ``spacing="file"``.
+        ``spacing="file"``, and for tracks that are not left, right or center ``columns=``.
 
         Parameters
         ----------
         path : str or os.PathLike
             File to write; an existing one is replaced.
         """
+        names = [re.sub(r'[][(),;"]', " ", f"{name}_elevation_m") for name in self.tracks]
+        columns = [self.x, *(self.tracks.values() or [self.z])]
         with Path(path).open("w", encoding="utf-8", newline="\n") as file:
-            file.write("station_m,elevation_m\n")
-            file.writelines(
-                f"{x!r},{z!r}\n" for x, z in zip(self.x.tolist(), self.z.tolist(), strict=True)
-            )
+            file.write(",".join(["station_m", *(names or ["elevation_m"])]) + "\n")
+            rows = zip(*(column.tolist() for column in columns), strict=True)
+            file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
+
+    def to_erd(self, path: str | os.PathLike[str]) -> None:
+        """Write an ERD file, with elevations as text, in m, at full precision.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+            File to write; an existing one is replaced.
+
+        Raises
+        ------
+        ValueError
+            If the stations are not uniform, as the file holds their spacing instead of them, or
+            if a name of a track is longer than 32 characters.
+
+        See Also
+        --------
+        pavefem.formats.erd.write_erd : What the file holds.
+        """
+        from pavefem.formats.erd import write_erd
+
+        write_erd(self, path)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Profile):
             return NotImplemented
         return (
             self.name == other.name
+            and list(self.tracks) == list(other.tracks)
             and np.array_equal(self.x, other.x)
             and np.array_equal(self.z, other.z)
+            and all(np.array_equal(z, other.tracks[name]) for name, z in self.tracks.items())
         )
 
     def __hash__(self) -> int:
         ends = (self.x[0], self.x[-1], self.z[0], self.z[-1])
-        return hash((self.name, self.x.size, *map(float, ends)))
+        return hash((self.name, *self.tracks, self.x.size, *map(float, ends)))
 
     def __reduce__(self) -> tuple[type[Self], tuple[Any, ...]]:
         # numpy pickles no read-only flag: rebuild through the constructor
-        return type(self), (self.x, self.z, self.name, self.source)
+        return type(self), (self.x, self.z, self.name, self.source, dict(self.tracks))
 
     def __repr__(self) -> str:
         every = "every" if self.is_uniform else "irregular, median"
         return (
             f"{type(self).__name__}({self.name!r}, {self.x.size} samples, "
-            f"{self.x[0]:g} to {self.x[-1]:g} m {every} {self.spacing:g} m)"
+            f"{self.x[0]:g} to {self.x[-1]:g} m {every} {self.spacing:g} m"
+            f"{', tracks ' if self.tracks else ''}{', '.join(self.tracks)})"
         )
 
 
@@ -374,6 +452,26 @@ def _finite_vector(name: str, values: ArrayLike) -> NDArray[np.float64]:
         i = int(np.argmin(finite))
         raise ValueError(f"{name}[{i}] is {vector[i]}; every value must be finite")
     return vector
+
+
+def _checked_tracks(
+    tracks: Mapping[str, ArrayLike], first: NDArray[np.float64]
+) -> dict[str, NDArray[np.float64]]:
+    """Tracks as 1-D float64 arrays, of which the first is `first` itself."""
+    checked: dict[str, NDArray[np.float64]] = {}
+    for name, values in tracks.items():
+        if not (isinstance(name, str) and name.isprintable() and name.strip() == name != ""):
+            raise ValueError(f"name of a track must be printable text, got {name!r}")
+        vector = _finite_vector(f"track {name!r}", values)
+        if vector.size != first.size:
+            raise ValueError(
+                f"track {name!r} has {vector.size} values and z has {first.size}; "
+                "each station needs one elevation"
+            )
+        if not checked and not np.array_equal(vector, first):
+            raise ValueError(f"z must be the first track, {name!r}; they differ")
+        checked[name] = vector if checked else first
+    return checked
 
 
 def _check_increasing(x: NDArray[np.float64]) -> None:

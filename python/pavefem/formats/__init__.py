@@ -8,14 +8,18 @@ from pathlib import Path
 from typing import Any, Final
 
 from pavefem.errors import FormatError
+from pavefem.formats.crg import read_crg
+from pavefem.formats.erd import read_erd
 from pavefem.formats.text import read_text
 from pavefem.profile import Profile
 
 __all__ = ["read_profile"]
 
 PROFILE_READERS: Final[dict[str, Callable[..., Profile]]] = {
+    ".crg": read_crg,
     ".csv": read_text,
     ".dat": read_text,
+    ".erd": read_erd,
     ".tsv": read_text,
     ".txt": read_text,
 }
@@ -28,9 +32,11 @@ def read_profile(path: str | os.PathLike[str], **options: Any) -> Profile:
     Parameters
     ----------
     path : str or os.PathLike
-        ``.txt``, ``.csv``, ``.dat`` and ``.tsv`` are columns of text.
+        ``.txt``, ``.csv``, ``.dat`` and ``.tsv`` are columns of text, ``.erd`` is UMTRI's format,
+        ``.crg`` ASAM's OpenCRG.
     **options
-        Options of the reader: see `pavefem.formats.text.read_text`.
+        Options of the reader: see `pavefem.formats.text.read_text`,
+        `pavefem.formats.erd.read_erd` and `pavefem.formats.crg.read_crg`.
 
     Returns
     -------

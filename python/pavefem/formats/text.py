@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -29,8 +29,26 @@ METRES: Final[dict[str, float]] = {
     "in": 0.0254,
     "ft": 0.3048,
     "mi": 1609.344,
+    "mil": 25.4e-6,
 }
 """Metres in one of each unit."""
+
+UNIT_NAMES: Final[dict[str, str]] = {
+    **{name: "m" for name in ("meter", "meters", "metre", "metres")},
+    **{name: "mm" for name in ("millimeter", "millimeters", "millimetre", "millimetres")},
+    **{name: "in" for name in ("in.", "inch", "inches")},
+    **{name: "ft" for name in ("ft.", "foot", "feet")},
+    **{name: "mi" for name in ("mile", "miles")},
+    "mils": "mil",
+}
+"""Units that are written out."""
+
+TRACKS: Final[dict[str, tuple[str, ...]]] = {
+    "left": ("left", "lft", "lt", "l", "lwp", "links", "gauche"),
+    "right": ("right", "rgt", "rt", "r", "rwp", "rechts", "droite"),
+    "center": ("center", "centre", "ctr", "c", "cwp", "mitte"),
+}
+"""Words that say which track an elevation is of, in the order of the tracks of a profile."""
 
 QUANTITIES: Final = ("station", "elevation")
 
@@ -38,8 +56,10 @@ COMMENT_MARKS: Final = ("#", "%")
 
 DELIMITERS: Final = {",": "comma", ";": "semicolon", "\t": "tab", " ": "whitespace"}
 
-STATION_WORDS: Final = frozenset({"station", "stations", "distance", "chainage", "x", "s"})
-ELEVATION_WORDS: Final = frozenset({"elevation", "elevations", "height", "z"})
+STATION_WORDS: Final = frozenset({"station", "stations", "distance", "chainage", "x", "s", "weg"})
+ELEVATION_WORDS: Final = frozenset(
+    {"elevation", "elevations", "elev", "height", "z", "höhe", "hoehe"}
+)
 
 MAX_SLOPE_RMS: Final = 0.5
 """Steepest rms slope that is believed of a file without units; rough roads have 0.02."""
@@ -74,6 +94,13 @@ _LABEL: Final = re.compile(
     rf"|(?:^|[_,/\s])\s*(?P<suffix>{'|'.join(METRES)}))",
     re.IGNORECASE,
 )
+_SIDE: Final = {
+    name: re.compile(rf"({'|'.join(words)})({'|'.join((*ELEVATION_WORDS, 'prof', 'profile'))})?")
+    for name, words in TRACKS.items()
+}
+_SIDE_FILLER: Final = frozenset(
+    {"profile", "prof", "track", "wheel", "path", "wheelpath", "wheeltrack"}
+)
 _CONTROL_BYTE: Final = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 
 
@@ -81,7 +108,7 @@ _CONTROL_BYTE: Final = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 def read_text(
     path: str | os.PathLike[str],
     *,
-    columns: tuple[int | str, int | str] | None = None,
+    columns: tuple[int | str, ...] | None = None,
     delimiter: str | None = None,
     decimal: str | None = None,
     station_unit: str | None = None,
@@ -95,20 +122,23 @@ def read_text(
     The file holds comment lines (``#`` or ``%``), at most one header line with column names,
     which may carry units (``station [m]``, ``Distance (km)``, ``elevation_mm``), and one line
     per station. A comment line directly above the data counts as the header if its names do.
+    Elevations of several wheel paths (``Left Elevation (in)``, ``Right Elevation (in)``) become
+    the tracks of one profile.
 
     Parameters
     ----------
     path : str or os.PathLike
         File, in UTF-8 or Latin-1.
     columns : tuple of int or str, optional
-        Station and elevation columns, counted from 0 or by header name. By default the header
-        decides, if it names one station (or distance, chainage, x, s) and one elevation (or
-        height, z); else a file of two columns is read as station, elevation.
+        Station and elevation columns, counted from 0 or by header name; each further one is
+        another track. By default the header decides, if it names one station (or distance,
+        chainage, x, s) and one elevation (or height, z), or one for each of left, right and
+        center; else a file of two columns is read as station, elevation.
     delimiter : {",", ";", "\t", " "}, optional
         Field delimiter, a blank for any whitespace. Detected by default.
     decimal : {".", ","}, optional
         Decimal mark. Detected by default, where there is only one reading.
-    station_unit, elevation_unit : {"m", "cm", "mm", "km", "in", "ft", "mi"}, optional
+    station_unit, elevation_unit : {"m", "cm", "mm", "km", "in", "ft", "mi", "mil"}, optional
         Units in the file. By default those of the header, and m where it has none.
     spacing : float or {"median", "file"}, optional
         Distance between the stations of the profile, m. By default, irregular stations are
@@ -122,7 +152,8 @@ def read_text(
     Returns
     -------
     Profile
-        In m; ``.source`` says what was understood of the file.
+        In m; ``.source`` says what was understood of the file. Tracks are in the order left,
+        right, center, or in that of `columns`.
 
     Raises
     ------
@@ -146,17 +177,25 @@ def read_text(
     text = _Text.read(Path(path), skip)
     layout = _detect_layout(text, delimiter, decimal)
     labels = _header_labels(text, layout)
-    chosen = _choose_columns(text, layout, labels, columns)
+    chosen, tracks = _choose_columns(text, layout, labels, columns)
+    quantities = quantities_of(tracks)
     units, units_from = _choose_units(text, labels, chosen, (station_unit, elevation_unit))
 
-    printed, elevation = _numbers(text, layout, chosen).T
-    _check_numbers(text, printed, elevation)
+    printed, *elevations = _numbers(text, layout, chosen, quantities).T
+    _check_numbers(text, printed, elevations, quantities)
     grid = None if spacing == "file" else _without_rounding(printed)
-    x, z = (printed if grid is None else grid) * METRES[units[0]], elevation * METRES[units[1]]
+    x = (printed if grid is None else grid) * METRES[units[0]]
+    z = [e * METRES[unit] for e, unit in zip(elevations, units[1:], strict=True)]
     if "default" in units_from:
-        _check_plausible(text, x, z, units_from)
+        for elevation in z:
+            check_plausible(text.error, x, elevation, units_from)
     try:
-        profile = Profile(x, z, Path(path).stem if name is None else name)
+        profile = Profile(
+            x,
+            z[0],
+            Path(path).stem if name is None else name,
+            tracks=dict(zip(tracks, z, strict=True)) if tracks else None,
+        )
     except ValueError as error:  # numbers that fit a file but, in m, no profile
         raise text.error(str(error)) from None
     target = _target_spacing(text, profile, spacing)
@@ -194,15 +233,20 @@ def _check_options(
         raise ValueError(f"decimal must be '.' or ',', got {decimal!r}")
     if decimal == "," == delimiter:
         raise ValueError("delimiter and decimal cannot both be ','")
-    for option, unit in zip(("station_unit", "elevation_unit"), units, strict=True):
-        if unit is not None and unit not in METRES:
-            raise ValueError(f"{option} must be one of {', '.join(METRES)}, got {unit!r}")
+    check_units(*units)
     if spacing not in ("median", "file") and not (
         isinstance(spacing, (int, float)) and np.isfinite(spacing) and spacing > 0.0
     ):
         raise ValueError(f"spacing must be 'median', 'file' or positive (m), got {spacing!r}")
     if skip < 0:
         raise ValueError(f"skip must be at least 0 lines, got {skip}")
+
+
+def check_units(station_unit: str | None, elevation_unit: str | None) -> None:
+    """Raise ValueError unless both options are units, or not given."""
+    for option, unit in (("station_unit", station_unit), ("elevation_unit", elevation_unit)):
+        if unit is not None and unit not in METRES:
+            raise ValueError(f"{option} must be one of {', '.join(METRES)}, got {unit!r}")
 
 
 # --- lines ------------------------------------------------------------------------------------
@@ -255,12 +299,17 @@ def _decode(path: Path) -> str:
     content = path.read_bytes()
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         raise FormatError("is UTF-16 text; save it as UTF-8", path=path, byte=0)
+    return decode_text(content, path)
+
+
+def decode_text(content: bytes, path: Path, start: int = 0) -> str:
+    """Text of a file from byte `start` on, in UTF-8 or Latin-1."""
     control = _CONTROL_BYTE.search(content)
     if control is not None:
         raise FormatError(
             f"is not text: it holds the control byte 0x{content[control.start()]:02x}",
             path=path,
-            byte=control.start(),
+            byte=start + control.start(),
         )
     try:
         return content.decode("utf-8-sig")
@@ -374,11 +423,42 @@ class _Label:
         if match is None:
             return cls(text, text, None)
         unit = match["suffix"] if match["bracket"] is None else match["bracket"]
-        return cls(text, match["name"], unit.lower())
+        return cls(text, match["name"], known_unit(unit))
 
     def has_word(self, words: frozenset[str]) -> bool:
         """Whether one of `words` is in the name."""
-        return not words.isdisjoint(re.findall(r"[^\W\d_]+", self.name.lower()))
+        return not words.isdisjoint(_words(self.name))
+
+
+def known_unit(text: str) -> str:
+    """Return a unit in lower case, as `METRES` has it if it is one of them."""
+    unit = text.strip().lower()
+    return UNIT_NAMES.get(unit, unit)
+
+
+def track_of(name: str) -> str | None:
+    """Say which track of `TRACKS` a name is the elevation of.
+
+    Returns
+    -------
+    str or None
+        Empty if the name is of an elevation but of none, or several, of the tracks; None if it
+        is not of an elevation.
+    """
+    words = _words(name)
+    sides = {
+        side: [word for word in words if pattern.fullmatch(word)] for side, pattern in _SIDE.items()
+    }
+    found = [side for side, matching in sides.items() if matching]
+    with_side = {word for matching in sides.values() for word in matching}
+    plain = ELEVATION_WORDS.intersection(words)
+    if not plain and not (with_side and with_side | _SIDE_FILLER >= set(words)):
+        return None
+    return found[0] if len(found) == 1 else ""
+
+
+def _words(name: str) -> list[str]:
+    return re.findall(r"[^\W\d_]+", name.lower())
 
 
 def _header_labels(text: _Text, layout: _Layout) -> list[_Label]:
@@ -414,24 +494,54 @@ def _choose_columns(
     text: _Text,
     layout: _Layout,
     labels: Sequence[_Label],
-    columns: tuple[int | str, int | str] | None,
-) -> tuple[int, int]:
+    columns: tuple[int | str, ...] | None,
+) -> tuple[tuple[int, ...], tuple[str, ...]]:
+    """Columns of station and elevations, and the names of the tracks if there are several."""
     if columns is not None:
-        station, elevation = (_find_column(text, layout, labels, wanted) for wanted in columns)
-        if station == elevation:
+        if isinstance(columns, str) or len(columns) < 2:
+            raise text.error(f"columns={columns!r} must be a station and at least one elevation")
+        chosen = tuple(_find_column(text, layout, labels, wanted) for wanted in columns)
+        if len(set(chosen)) < len(chosen):
             raise text.error(f"columns={columns!r} is twice the same column; two are needed")
-        return station, elevation
+        return chosen, name_tracks([labels[i].name if labels else "" for i in chosen[1:]])
     stations = [i for i, label in enumerate(labels) if label.has_word(STATION_WORDS)]
-    elevations = [i for i, label in enumerate(labels) if label.has_word(ELEVATION_WORDS)]
-    if len(stations) == len(elevations) == 1 and stations != elevations:
-        return stations[0], elevations[0]
-    if layout.count == 2 and 0 not in elevations and 1 not in stations:
-        return 0, 1
+    tracks = {
+        i: track for i, label in enumerate(labels) if (track := track_of(label.name)) is not None
+    }
+    elevations = in_order_of_tracks(tracks)
+    if len(stations) == 1 and elevations and stations[0] not in elevations:
+        return (stations[0], *elevations), name_tracks([tracks[i] for i in elevations])
+    if layout.count == 2 and 0 not in tracks and 1 not in stations:
+        return (0, 1), ()
     names = f" ({', '.join(label.text for label in labels)})" if labels else " without a header"
     raise text.error(
         f"which of {layout.count} columns{names} are station and elevation? "
-        "Pass columns=, a pair of names or of numbers counted from 0"
+        "Pass columns=, names or numbers counted from 0, of the station and of each track"
     )
+
+
+def in_order_of_tracks(tracks: dict[int, str]) -> list[int]:
+    """Columns of one elevation, or of one for each track; none if there are other columns."""
+    names = list(tracks.values())
+    if len(names) > 1 and ("" in names or len(set(names)) < len(names)):
+        return []
+    order = ["", *TRACKS]
+    return sorted(tracks, key=lambda i: order.index(tracks[i]))
+
+
+def name_tracks(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of tracks, from those of their columns; none for a single one."""
+    if len(names) < 2:
+        return ()
+    tracks = [track_of(name) or name.strip() for name in names]
+    if len(set(tracks)) == len(tracks) and all(name and name.isprintable() for name in tracks):
+        return tuple(tracks)
+    return tuple(f"track {i}" for i in range(1, len(names) + 1))
+
+
+def quantities_of(tracks: Sequence[str]) -> tuple[str, ...]:
+    """Name station and elevations, for messages."""
+    return ("station", *(f"{track} elevation" for track in tracks)) if tracks else QUANTITIES
 
 
 def _find_column(text: _Text, layout: _Layout, labels: Sequence[_Label], wanted: int | str) -> int:
@@ -454,28 +564,53 @@ def _find_column(text: _Text, layout: _Layout, labels: Sequence[_Label], wanted:
 def _choose_units(
     text: _Text,
     labels: Sequence[_Label],
-    chosen: tuple[int, int],
+    chosen: Sequence[int],
     options: tuple[str | None, str | None],
-) -> tuple[tuple[str, str], tuple[str, str]]:
-    """Units of station and elevation, and where each is from."""
-    (station, station_from), (elevation, elevation_from) = (
-        _choose_unit(text, quantity, labels[column].unit if labels else None, option)
-        for quantity, column, option in zip(QUANTITIES, chosen, options, strict=True)
-    )
-    return (station, elevation), (station_from, elevation_from)
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Units of station and elevations, and where each is from."""
+    stated = [labels[column].unit if labels else None for column in chosen]
+    return choose_units(text.error, stated, options)
+
+
+def choose_units(
+    error: Callable[[str], FormatError],
+    stated: Sequence[str | None],
+    options: tuple[str | None, str | None],
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Units of station and elevations, and where each is from.
+
+    Parameters
+    ----------
+    error : callable
+        Gives the error to raise for a message.
+    stated : sequence of str or None
+        Units of station and of each track in the file.
+    options : tuple of str or None
+        Units of station and of elevations that the caller gave.
+
+    Returns
+    -------
+    tuple of tuple of str
+        Units, of `METRES`, and for each of them ``"header"``, ``"option"`` or ``"default"``.
+    """
+    chosen = [
+        _choose_unit(error, QUANTITIES[min(i, 1)], unit, options[min(i, 1)])
+        for i, unit in enumerate(stated)
+    ]
+    return tuple(unit for unit, _ in chosen), tuple(origin for _, origin in chosen)
 
 
 def _choose_unit(
-    text: _Text, quantity: str, stated: str | None, option: str | None
+    error: Callable[[str], FormatError], quantity: str, stated: str | None, option: str | None
 ) -> tuple[str, str]:
     if stated in METRES:
         if option not in (None, stated):
-            raise text.error(f"{quantity}_unit={option!r} contradicts the header, [{stated}]")
+            raise error(f"{quantity}_unit={option!r} contradicts the header, [{stated}]")
         return stated, "header"
     if option is not None:
         return option, "option"
     if stated is not None:
-        raise text.error(
+        raise error(
             f"{quantity} unit [{stated}] of the header is none of {', '.join(METRES)}; "
             f"pass {quantity}_unit="
         )
@@ -485,26 +620,28 @@ def _choose_unit(
 # --- numbers ----------------------------------------------------------------------------------
 
 
-def _numbers(text: _Text, layout: _Layout, chosen: tuple[int, int]) -> NDArray[np.float64]:
-    """Stations and elevations as printed, shape (rows, 2)."""
+def _numbers(
+    text: _Text, layout: _Layout, chosen: Sequence[int], quantities: Sequence[str]
+) -> NDArray[np.float64]:
+    """Stations and elevations as printed, shape (rows, columns chosen)."""
     lines = text.lines[text.start :]
     if layout.decimal == ",":
         if any("." in line for line in lines):
-            return _numbers_line_by_line(text, layout, chosen)
+            return _numbers_line_by_line(text, layout, chosen, quantities)
         lines = [line.replace(",", ".") for line in lines]
     delimiter = None if layout.delimiter == " " else layout.delimiter
     try:
         table = np.loadtxt(lines, delimiter=delimiter, comments=None, ndmin=2)
     except ValueError:
-        return _numbers_line_by_line(text, layout, chosen)
+        return _numbers_line_by_line(text, layout, chosen, quantities)
     return table[:, chosen]
 
 
 def _numbers_line_by_line(
-    text: _Text, layout: _Layout, chosen: tuple[int, int]
+    text: _Text, layout: _Layout, chosen: Sequence[int], quantities: Sequence[str]
 ) -> NDArray[np.float64]:
     """Slower than `_numbers`, for text beside the numbers, and to find the line to blame."""
-    rows: list[tuple[float, float]] = []
+    rows: list[list[float]] = []
     for i, line in text.data():
         cells = _split(line, layout.delimiter)
         if len(cells) != layout.count:
@@ -513,38 +650,43 @@ def _numbers_line_by_line(
                 f"{layout.count} (delimiter {DELIMITERS[layout.delimiter]})",
                 i,
             )
-        for quantity, column in zip(QUANTITIES, chosen, strict=True):
+        for quantity, column in zip(quantities, chosen, strict=True):
             if not _is_number(cells[column], layout.decimal):
                 raise text.error(
                     f"{quantity} {cells[column]!r} is not a number with decimal mark "
                     f"{layout.decimal!r}",
                     i,
                 )
-        station, elevation = (float(cells[j].replace(",", ".")) for j in chosen)
-        rows.append((station, elevation))
+        rows.append([float(cells[j].replace(",", ".")) for j in chosen])
     return np.array(rows)
 
 
 def _check_numbers(
-    text: _Text, station: NDArray[np.float64], elevation: NDArray[np.float64]
+    text: _Text,
+    station: NDArray[np.float64],
+    elevations: Sequence[NDArray[np.float64]],
+    quantities: Sequence[str],
 ) -> None:
     if station.size < 2:
         raise text.error("one sample; a profile needs at least 2", text.start)
-    finite = np.isfinite(station) & np.isfinite(elevation)
+    finite = np.isfinite([station, *elevations]).all(axis=0)
     increases = np.append(True, station[1:] > station[:-1])
     if finite.all() and increases.all():
         return
     row = int(np.argmin(finite & increases))
-    for quantity, value in zip(QUANTITIES, (station[row], elevation[row]), strict=True):
-        if not np.isfinite(value):
-            raise text.error_at_row(f"{quantity} is {value:g}; it must be finite", row)
+    for quantity, values in zip(quantities, (station, *elevations), strict=True):
+        if not np.isfinite(values[row]):
+            raise text.error_at_row(f"{quantity} is {values[row]:g}; it must be finite", row)
     raise text.error_at_row(
         f"station {station[row]} does not increase (previous {station[row - 1]})", row
     )
 
 
-def _check_plausible(
-    text: _Text, x: NDArray[np.float64], z: NDArray[np.float64], units_from: tuple[str, str]
+def check_plausible(
+    error: Callable[[str], FormatError],
+    x: NDArray[np.float64],
+    z: NDArray[np.float64],
+    units_from: Sequence[str],
 ) -> None:
     """Refuse what cannot be in m, where neither header nor option gives a unit."""
     slope_rms = float(np.sqrt(np.mean((np.diff(z) / np.diff(x)) ** 2)))
@@ -553,10 +695,10 @@ def _check_plausible(
         return
     options = " and ".join(
         f"{quantity}_unit="
-        for quantity, origin in zip(QUANTITIES, units_from, strict=True)
-        if origin == "default"
+        for quantity, origins in zip(QUANTITIES, (units_from[:1], units_from[1:]), strict=True)
+        if "default" in origins
     )
-    raise text.error(
+    raise error(
         f"read in m, the elevations have a slope of {slope_rms:.3g} rms (at most {MAX_SLOPE_RMS} "
         f"is believed) and a range of {relief:.4g} m over {x[-1] - x[0]:.4g} m (at most "
         f"{allowed:.4g} m); the header gives no unit: pass {options}"
