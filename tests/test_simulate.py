@@ -6,6 +6,7 @@ numpy (`oracle.DenseRoad`); the options that choose what is kept never change wh
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
@@ -516,3 +517,13 @@ def test_progress_does_not_change_the_answer(
 ) -> None:
     shown = pf.simulate(road, truck, progress=True)
     np.testing.assert_array_equal(deflection(shown), deflection(nominal))
+
+
+def test_defaults_are_those_of_a_scenario() -> None:
+    """The signature of `simulate` restates them for its readers; here they are held together."""
+    fields = pf.Scenario()
+    for name, parameter in inspect.signature(pf.simulate).parameters.items():
+        if name in pf.Scenario.model_fields and parameter.default is not parameter.empty:
+            expected = getattr(fields, name)
+            given = parameter.default
+            assert (pf.Scheme.named(given) if name == "scheme" else given) == expected, name

@@ -11,7 +11,6 @@ import contextlib
 import hashlib
 import os
 import struct
-import tempfile
 import zlib
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
@@ -24,6 +23,7 @@ import numpy as np
 import platformdirs
 
 from pavefem import _core
+from pavefem._files import replacing
 
 FOLDER_VARIABLE: Final = "PAVEFEM_CACHE_DIR"
 """Environment variable that names the folder of the files."""
@@ -86,15 +86,8 @@ def _write(path: Path, key: bytes, found: _core.Transition) -> None:
     start = _HEADER.pack(*fields, 0)[:-4]
     header = _HEADER.pack(*fields, _checksum(start, body))
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.stem, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(header)
-            file.write(body)
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise
+    with replacing(path) as file:
+        file.write_bytes(header + body)
 
 
 class Recent(Generic[T]):

@@ -21,6 +21,18 @@ Progress = Callable[[int, int], object]
 
 
 @dataclass(frozen=True)
+class LiftOff:
+    """Where one axle's tires left the road."""
+
+    axle: int
+    """Number of the axle, from 1."""
+    instants: int
+    """Instants at which its force was below zero."""
+    position: float
+    """Place of the first of them, m."""
+
+
+@dataclass(frozen=True)
 class TireForces:
     """Tire forces of each axle over time.
 
@@ -70,18 +82,6 @@ class TireForces:
                 "axle": ("axle", np.arange(1, self.static_loads.size + 1)),
             },
         )
-
-
-@dataclass(frozen=True)
-class LiftOff:
-    """Where one axle's tires left the road."""
-
-    axle: int
-    """Number of the axle, from 1."""
-    instants: int
-    """Instants at which its force was below zero."""
-    position: float
-    """Place of the first of them, m."""
 
 
 def tire_forces(

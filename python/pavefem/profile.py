@@ -7,12 +7,13 @@ import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Final, Literal, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from pavefem._files import replacing
 
 ISO8608_CENTRES: Final[dict[str, float]] = {
     "A": 16e-6,
@@ -375,7 +376,7 @@ class Profile:
         """
         names = [re.sub(r'[][(),;"]', " ", f"{name}_elevation_m") for name in self.tracks]
         columns = [self.x, *(self.tracks.values() or [self.z])]
-        with Path(path).open("w", encoding="utf-8", newline="\n") as file:
+        with replacing(path) as new, new.open("w", encoding="utf-8", newline="\n") as file:
             file.write(",".join(["station_m", *(names or ["elevation_m"])]) + "\n")
             rows = zip(*(column.tolist() for column in columns), strict=True)
             file.writelines(",".join(map(repr, row)) + "\n" for row in rows)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import tempfile
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -16,6 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from pavefem._files import replacing
 from pavefem.errors import FormatError
 from pavefem.forces import LiftOff, TireForces
 from pavefem.profile import Profile
@@ -208,18 +208,8 @@ class Result:
         OSError
             If the folder does not exist or cannot be written. The result itself is not touched.
         """
-        target = Path(path)
-        handle, temporary = tempfile.mkstemp(
-            dir=target.parent, prefix=f".{target.name}.", suffix=".part"
-        )
-        os.close(handle)
-        try:
-            self.dataset.to_netcdf(temporary, engine="h5netcdf")
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, target)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        with replacing(path) as file:
+            self.dataset.to_netcdf(file, engine="h5netcdf")
 
 
 def load_result(path: str | os.PathLike[str]) -> Result:

@@ -33,6 +33,7 @@ from typing import Final, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from pavefem._files import replacing
 from pavefem.errors import FormatError
 from pavefem.formats.text import (
     METRES,
@@ -209,7 +210,7 @@ def write_erd(profile: Profile, path: str | os.PathLike[str]) -> None:
         "END",
     ]
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    with Path(path).open("w", encoding="utf-8", newline="\n") as file:
+    with replacing(path) as new, new.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines(line.rstrip() + "\n" for line in lines)
         file.writelines(" ".join(map(repr, row)) + "\n" for row in rows)
 
