@@ -334,7 +334,7 @@ def test_summary_without_forces(road: pf.Road, truck: pf.Vehicle) -> None:
 # --- plots ------------------------------------------------------------------------------------
 
 HISTORY, SHAPE = "Deflection at x =", "Deflected shape at t ="
-ENVELOPE, FORCES = "Envelope of the deflection", "Tire forces (dotted: static)"
+ENVELOPE, FORCES = "Envelope of the deflection", "Tire forces of each axle (dotted: static)"
 PANELS = {
     "all": [HISTORY, SHAPE, ENVELOPE, FORCES],
     "envelope": [ENVELOPE],
@@ -348,7 +348,7 @@ LABELS = {
     HISTORY: ("time [s]", "deflection [mm]"),
     SHAPE: ("x [m]", "deflection [mm]"),
     ENVELOPE: ("x [m]", "deflection [mm]"),
-    FORCES: ("x [m]", "axle force [kN]"),
+    FORCES: ("x [m]", "tire force [kN]"),
 }
 
 
@@ -416,8 +416,9 @@ def test_plot_of_a_profile(rough: pf.Profile, tmp_path: Path) -> None:
     figure = plotting.plot_profile(rough, (40.0, 65.0))
     (axes,) = figure.axes
     assert axes.get_title() == "ISO 8608 class C, seed 3"
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("station [m]", "elevation [mm]")
-    np.testing.assert_allclose(np.asarray(axes.get_lines()[0].get_ydata()), rough.z * 1e3)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("station [m]", "elevation above 0.008 m [mm]")
+    drawn = np.asarray(axes.get_lines()[0].get_ydata())
+    np.testing.assert_allclose(drawn, (rough.z - rough.z[0]) * 1e3)
     figure.savefig(tmp_path / "profile.png", dpi=50)
     assert (tmp_path / "profile.png").read_bytes().startswith(PNG)
     assert plotting.plot_profile(pf.Profile([0, 1], [0, 0])).axes[0].get_title() == "road profile"

@@ -83,8 +83,11 @@ def draw_worst_instant(axes: Axes, result: Result) -> None:
     if deflection is None or forces is None:
         raise ValueError("the deflected shape needs the histories of all nodes and the forces")
     instant = int(np.abs(result.time - result.time_of_lowest[result.lowest.argmin()]).argmin())
-    axes.plot(result.x, deflection[instant] * MM, color="black", marker=".", linewidth=1.2)
-    top = axes.get_ylim()[1]
+    marker = "." if result.x.size <= 101 else ""
+    axes.plot(result.x, deflection[instant] * MM, color="black", marker=marker, linewidth=1.2)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + 0.4 * (high - low))  # room for the forces, written above the axles
+    label = high + 0.38 * (high - low)
     for axle, (place, force) in enumerate(
         zip(forces.position[instant], forces.force[instant], strict=True)
     ):
@@ -92,16 +95,16 @@ def draw_worst_instant(axes: Axes, result: Result) -> None:
             axes.annotate(
                 f"{force * KN:.0f} kN",
                 (place, np.interp(place, result.x, deflection[instant]) * MM),
-                (place, top),
+                (place, label),
                 ha="center",
-                va="bottom",
+                va="top",
                 rotation=90,
                 fontsize="small",
                 color=_colour(axle),
                 arrowprops={"arrowstyle": "->", "color": _colour(axle)},
             )
-    axes.set(xlabel="x [m]", ylabel="deflection [mm]")
-    axes.set_title(f"Deflected shape at t = {result.time[instant]:.3f} s", pad=40)
+    title = f"Deflected shape at t = {result.time[instant]:.3f} s"
+    axes.set(title=title, xlabel="x [m]", ylabel="deflection [mm]")
     axes.grid(alpha=0.3)
 
 
@@ -121,7 +124,7 @@ def draw_envelope(axes: Axes, result: Result) -> None:
         label=f"largest deflection {result.max_deflection * MM:.3f} mm",
     )
     axes.set(title="Envelope of the deflection", xlabel="x [m]", ylabel="deflection [mm]")
-    axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, 0.85))
+    axes.legend(fontsize="small")
     axes.grid(alpha=0.3)
 
 
@@ -141,7 +144,8 @@ def draw_forces(axes: Axes, result: Result) -> None:
             label=f"axle {axle + 1}",
         )
         axes.axhline(static * KN, color=_colour(axle), linewidth=0.7, linestyle=":")
-    axes.set(title="Tire forces (dotted: static)", xlabel="x [m]", ylabel="axle force [kN]")
+    title = "Tire forces of each axle (dotted: static)"
+    axes.set(title=title, xlabel="x [m]", ylabel="tire force [kN]")
     axes.legend(fontsize="small", ncols=min(6, forces.static_loads.size), loc="upper center")
     axes.set_ylim(top=axes.get_ylim()[1] + 0.12 * np.ptp(axes.get_ylim()))
     axes.grid(alpha=0.3)
@@ -159,12 +163,14 @@ def plot_profile(profile: Profile, road: tuple[float, float] | None = None) -> F
     """
     figure = plt.figure(figsize=(9.0, 3.0), layout="constrained")
     axes = figure.add_subplot()
-    axes.plot(profile.x, profile.z * MM, color="black", linewidth=0.9)
+    level = profile.z[0]
+    axes.plot(profile.x, (profile.z - level) * MM, color="black", linewidth=0.9)
     if road is not None:
         axes.axvspan(*road, color="#0072b2", alpha=0.15, label="pavement")
         axes.legend(fontsize="small")
     title = profile.name or "road profile"
-    axes.set(title=title, xlabel="station [m]", ylabel="elevation [mm]")
+    label = f"elevation above {level:.3f} m [mm]"
+    axes.set(title=title, xlabel="station [m]", ylabel=label)
     axes.grid(alpha=0.3)
     plt.close(figure)
     return figure

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Result:
     """The answer of a road to one vehicle.
 
@@ -60,6 +60,14 @@ class Result:
     deflection: NDArray[np.float64] | None = None
     stations: NDArray[np.float64] | None = None
     forces: TireForces | None = None
+
+    def __repr__(self) -> str:
+        scenario = self.scenario
+        return (
+            f"Result({scenario.vehicle.name!r}, {scenario.speed_kmh:g} km/h, "
+            f"{scenario.temperature_c:g} °C, {scenario.road.length:g} m of road, "
+            f"max_deflection {self.max_deflection * 1e3:.4f} mm)"
+        )
 
     @property
     def max_deflection(self) -> float:

@@ -147,6 +147,12 @@ class Vehicle(Model):
             np.array(tires, dtype=np.float64).reshape(-1, 4),
         )
 
+    def __repr__(self) -> str:
+        return (
+            f"Vehicle({self.name!r}, {self.total_mass / 1e3:.1f} t, {len(self.tires)} axles, "
+            f"{len(self.unknowns)} degrees of freedom)"
+        )
+
     @property
     def axle_positions(self) -> NDArray[np.float64]:
         """Places of the axles, m behind the front axle, shape (axles,)."""
