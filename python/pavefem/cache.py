@@ -28,6 +28,7 @@ from pavefem._files import replacing
 FOLDER_VARIABLE: Final = "PAVEFEM_CACHE_DIR"
 """Environment variable that names the folder of the files."""
 
+_VERSION: Final = version("pavefem")  # once: looking it up takes a millisecond
 _MAGIC: Final = b"pavefem2"
 _HEADER: Final = struct.Struct("<8s32sQdQLL")  # magic, key, n, norm, terms, squarings, checksum
 
@@ -42,7 +43,7 @@ def folder() -> Path:
 
 def digest(table: np.ndarray, *rest: object) -> bytes:
     """Key of 32 bytes of a table of numbers and whatever else matrices depend on."""
-    text = repr((version("pavefem"), table.shape, rest)).encode()
+    text = repr((_VERSION, table.shape, rest)).encode()
     return hashlib.blake2b(table.tobytes() + text, digest_size=32).digest()
 
 
