@@ -10,6 +10,7 @@ import numpy as np
 
 from pavefem import _core
 from pavefem._progress import progress_bar
+from pavefem.asphalt import kmh
 from pavefem.cache import Recent, digest, transition
 from pavefem.forces import Interpolation, Progress, TireForces, tire_forces
 from pavefem.profile import Profile
@@ -166,7 +167,7 @@ def _check_size(scenario: Scenario, stations: int, nodes: bool, every: int) -> N
             f"{2.0 * elements:.4g} unknowns; with dense matrices the limit is {_core.DENSE_LIMIT}: "
             "use a shorter road or longer elements"
         )
-    steps = (road.length + scenario.vehicle.length) / (scenario.speed_kmh / 3.6 * scheme.dt)
+    steps = (road.length + scenario.vehicle.length) / (float(kmh(scenario.speed_kmh)) * scheme.dt)
     columns = stations + (elements if nodes else 0.0)
     axles = len(scenario.vehicle.tires)
     size = 8.0 * steps * (columns / every + 4.0 * axles)
@@ -178,12 +179,13 @@ def _check_size(scenario: Scenario, stations: int, nodes: bool, every: int) -> N
 
 
 def _check_keep(keep: Keep) -> Sequence[Quantity]:
-    allowed = [*EVERYTHING]
-    sequence = not isinstance(keep, str) and isinstance(keep, Iterable)
-    quantities: tuple[Quantity, ...] = tuple(keep) if not isinstance(keep, str) and sequence else ()
-    if not (sequence or keep == "envelope") or any(name not in allowed for name in quantities):
-        raise ValueError(f'keep = {keep!r}: must be "envelope" or some of {allowed}')
-    return quantities
+    if not isinstance(keep, str) and isinstance(keep, Iterable):
+        quantities = tuple(keep)
+        if all(name in EVERYTHING for name in quantities):
+            return quantities
+    elif keep == "envelope":
+        return ()
+    raise ValueError(f'keep = {keep!r}: must be "envelope" or some of {[*EVERYTHING]}')
 
 
 def _stepper(
@@ -220,7 +222,7 @@ def _forces_on_road(scenario: Scenario, report: Progress | None) -> TireForces:
         scenario.profile,
         scenario.speed_kmh,
         dt=scenario.scheme.dt,
-        run_in=scenario.run_in if scenario.profile is not None else 0.0,
+        run_in=scenario.run_in,
         distance=scenario.road.length + scenario.vehicle.length,
         interpolation=scenario.interpolation,
         lift_off=scenario.lift_off,

@@ -462,14 +462,8 @@ impl Transition {
             found == 2
         })?;
         let expected = (system.len(), system.len());
-        for number in 0..4 {
-            let (name, level) = ("transition matrix", levels.level(number));
-            if level.shape() != expected {
-                return Err(Error::Shape { name, got: level.shape(), expected });
-            }
-            check_finite(name, level)?;
-        }
-        for block in squared.iter().flat_map(Phi::blocks) {
+        let responses = (0..4).map(|number| levels.level(number));
+        for block in responses.chain(squared.iter().flat_map(Phi::blocks)) {
             let name = "transition matrix";
             if block.shape() != expected {
                 return Err(Error::Shape { name, got: block.shape(), expected });
