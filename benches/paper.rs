@@ -108,14 +108,11 @@ fn truck() -> Vehicle {
     let spring = |upper, axle: usize, stiffness, damping| {
         let x = AXLES[axle];
         let (upper, lower) = (Point { body: upper, x }, Point { body: axle + 1, x });
-        Spring { upper, lower, stiffness, damping }
+        Spring::between(upper, lower, stiffness, damping)
     };
     let springs = [spring(0, 0, 1e6, 1e4), spring(4, 1, 2e6, 5e4), spring(4, 2, 2e6, 5e4)];
-    let tire = |axle: usize, stiffness| Tire {
-        point: Point { body: axle + 1, x: AXLES[axle] },
-        stiffness,
-        damping: 1e4,
-    };
+    let tire =
+        |axle: usize, stiffness| Tire::at(Point { body: axle + 1, x: AXLES[axle] }, stiffness, 1e4);
     let tires = [tire(0, 1.75e6), tire(1, 3.5e6), tire(2, 3.5e6)];
     Vehicle::new(&bodies, &springs, &tires).unwrap()
 }
@@ -125,7 +122,8 @@ fn ten_kilometres(criterion: &mut Criterion) {
     let x: Vec<f64> = (0..40_001).map(|i| 0.25 * f64::from(i)).collect();
     let z: Vec<f64> = x.iter().map(|x| 4e-3 * (0.9 * x).sin() + 1e-3 * (2.3 * x).cos()).collect();
     let steps = (10_000.0 / (SPEED * DT)) as usize;
-    let run = Run { speed: SPEED, dt: DT, start: 0.0, skip: 0, steps };
+    let run =
+        Run { speed: SPEED, dt: DT, start: 0.0, skip: 0, steps, lift_off: false, tolerance: 1e-4 };
     let truck = truck();
     group.throughput(Throughput::Elements(steps as u64));
     for interpolation in [Interpolation::Linear, Interpolation::Staircase] {

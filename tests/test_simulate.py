@@ -389,17 +389,16 @@ def test_smooth_profile_is_no_profile(road: pf.Road, truck: pf.Vehicle, nominal:
 def test_lift_off_positions_are_on_the_road(road: pf.Road, truck: pf.Vehicle) -> None:
     awful = pf.Profile.iso8608("H", 80.0, seed=1)
     result = pf.simulate(road, truck, profile=awful, run_in=40.0, speed_kmh=90.0)
-    clipped = pf.simulate(road, truck, profile=awful, run_in=40.0, speed_kmh=90.0, lift_off=True)
     assert result.forces is not None
-    assert clipped.forces is not None
     assert result.forces.lift_off
-    assert clipped.forces.lift_off == result.forces.lift_off
     for lift in result.forces.lift_off:
         column = result.forces.force[:, lift.axle - 1]
         first = int((column < 0.0).argmax())
         assert lift.position == pytest.approx(result.forces.position[first, lift.axle - 1])
-    assert clipped.forces.force.min() == 0.0
-    assert not np.array_equal(deflection(clipped), deflection(result))
+    leaving = pf.simulate(road, truck, profile=awful, run_in=40.0, speed_kmh=90.0, lift_off=True)
+    assert leaving.forces is not None
+    assert leaving.forces.force.min() == 0.0
+    assert not np.array_equal(deflection(leaving), deflection(result))
 
 
 # --- inputs of other layouts, caches ----------------------------------------------------------

@@ -434,9 +434,6 @@ def test_lift_off_is_reported_with_count_and_place() -> None:
     assert (lift.axle, lift.instants) == (1, int(below.sum()))
     assert lift.position == found.position[below.argmax(), 0]
     assert 10.0 <= lift.position <= 12.5
-    clipped = pf.tire_forces(car, pf.Profile(x, z), 72.0, lift_off=True)
-    assert clipped.lift_off == found.lift_off
-    np.testing.assert_array_equal(clipped.force, np.maximum(found.force, 0.0))
 
 
 def test_only_the_axle_that_lifts_is_reported(truck: pf.Vehicle) -> None:

@@ -22,6 +22,7 @@ from importlib.metadata import version
 from pavefem import analytical, vehicles
 from pavefem.asphalt import Asphalt
 from pavefem.errors import FormatError, PavefemError, SolverError, ValidityWarning
+from pavefem.fleet import fleet_forces
 from pavefem.forces import LiftOff, TireForces, tire_forces
 from pavefem.formats import read_profile
 from pavefem.pavement import Pavement
@@ -32,7 +33,7 @@ from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
 from pavefem.simulate import run, simulate
 from pavefem.transition import transition
-from pavefem.vehicle import Body, Spring, Tire, Vehicle
+from pavefem.vehicle import Body, Friction, Spring, Tire, Vehicle
 
 __version__ = version("pavefem")
 
@@ -40,6 +41,7 @@ __all__ = [
     "Asphalt",
     "Body",
     "FormatError",
+    "Friction",
     "LiftOff",
     "PavefemError",
     "Pavement",
@@ -56,6 +58,7 @@ __all__ = [
     "ValidityWarning",
     "Vehicle",
     "analytical",
+    "fleet_forces",
     "load_result",
     "read_profile",
     "run",

@@ -18,6 +18,7 @@ __all__ = [
     "Vehicle",
     "WinklerBeam",
     "binder_stiffness",
+    "fleet_forces",
     "mix_modulus",
 ]
 
@@ -96,7 +97,7 @@ class Stepper:
 
 @final
 class Vehicle:
-    def __new__(cls, bodies: _Array, springs: _Array, tires: _Array) -> Vehicle: ...
+    def __new__(cls, bodies: _Array, springs: _Array, ends: _Array, tires: _Array) -> Vehicle: ...
     @property
     def mass(self) -> _Array: ...
     @property
@@ -105,18 +106,21 @@ class Vehicle:
     def stiffness(self) -> _Array: ...
     @property
     def static_loads(self) -> _Array: ...
-    def tire_forces(
-        self,
-        x: _Array,
-        z: _Array,
-        interpolation: str,
-        speed: float,
-        dt: float,
-        start: float,
-        skip: int,
-        steps: int,
-        progress: _Progress | None = None,
-    ) -> _Array: ...
+
+def fleet_forces(
+    vehicles: list[Vehicle],
+    runs: _Array,
+    x: _Array,
+    z: _Array,
+    interpolation: str,
+    dt: float,
+    lift_off: bool,
+    tolerance: float,
+    every: int | None,
+    stations: _Array,
+    threads: int,
+    progress: _Progress | None = None,
+) -> list[tuple[_Array, _Array, _Array]]: ...
 
 @final
 class WinklerBeam:

@@ -18,6 +18,13 @@ def _number(value: Any) -> Any:
     return value
 
 
+def whole_number(name: str, value: int) -> int:
+    """Return a count of at least 1, or raise a ValueError that names it."""
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
+        raise ValueError(f"{name} = {value!r}: must be a whole number, at least 1")
+    return int(value)
+
+
 Number = Annotated[float, BeforeValidator(_number)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]

@@ -6,18 +6,26 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from pavefem import _core
 from pavefem.asphalt import kmh
 from pavefem.profile import Profile
 from pavefem.vehicle import Vehicle
 
 Interpolation = Literal["linear", "staircase"]
 Progress = Callable[[int, int], object]
+
+MEMORY_LIMIT: Final = 8 * 2**30
+"""Most bytes that what is kept of a run may take."""
+
+TOLERANCE: Final = 1e-4
+"""Error that a step may add to a tire force where lift-off or dry friction act, as a part of the
+static load."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +35,7 @@ class LiftOff:
     axle: int
     """Number of the axle, from 1."""
     instants: int
-    """Instants at which its force was below zero."""
+    """Instants at which it did not press on the road."""
     position: float
     """Place of the first of them, m."""
 
@@ -47,7 +55,8 @@ class TireForces:
     static_loads : ndarray, shape (axles,)
         Static axle loads, N.
     lift_off : tuple of LiftOff
-        Axles whose linear tires would have pulled at the road, with count and place.
+        Axles that left the road, or whose linear tires would have pulled at it, with count and
+        place.
     """
 
     time: NDArray[np.float64]
@@ -94,6 +103,7 @@ def tire_forces(
     distance: float | None = None,
     interpolation: Interpolation = "linear",
     lift_off: bool = False,
+    tolerance: float = TOLERANCE,
     progress: Progress | None = None,
 ) -> TireForces:
     """Run a vehicle over a profile at constant speed.
@@ -118,8 +128,11 @@ def tire_forces(
     interpolation : {"linear", "staircase"}
         Straight lines between samples, or the elevation of a sample up to the next one.
     lift_off : bool
-        Clip forces at zero where a linear tire would pull at the road. (The vehicle's motion stays
-        that of linear tires.)
+        Whether a tire that would pull leaves the road, and the vehicle moves on without its force.
+        Otherwise tires are linear, and forces may be negative: `lift_off` of the answer says where.
+    tolerance : float
+        Where tires lift off or springs rub, a step is divided until it adds no more than this part
+        of the static load to the error of a tire force. A linear vehicle needs no such division.
     progress : callable, optional
         Called now and then with the steps done and the steps in all.
 
@@ -131,7 +144,63 @@ def tire_forces(
     ------
     ValueError
         If the profile is shorter than the vehicle or than `run_in`, or a number is out of range.
+    SolverError
+        If a force is not finite, or does not settle to the tolerance.
     """
+    run = plan(vehicle, profile, speed_kmh, dt, run_in, distance)
+    time = dt * np.arange(run.steps + 1, dtype=np.float64)
+    position = run.origin + run.speed * time[:, np.newaxis] - vehicle.axle_positions
+    static = vehicle.static_loads
+    if profile is None:
+        return TireForces(time, position, np.tile(static, (run.steps + 1, 1)), static)
+    [(force, _, _)] = _core.fleet_forces(
+        [vehicle.core],
+        np.array([run.row(dt)]),
+        profile.x,
+        profile.z,
+        interpolation,
+        dt,
+        lift_off,
+        tolerance,
+        1,
+        np.array([]),
+        1,
+        progress,
+    )
+    lifted = tuple(
+        LiftOff(axle + 1, int(off.sum()), float(position[off.argmax(), axle]))
+        for axle, off in enumerate((force <= 0.0).T)
+        if off.any()
+    )
+    return TireForces(time, position, force, static, lifted)
+
+
+class Run(NamedTuple):
+    """A run over a profile, in whole steps."""
+
+    speed: float  # m/s
+    origin: float  # station of the front axle at time zero, m
+    skip: int
+    steps: int
+
+    def row(self, dt: float) -> tuple[float, float, int, int]:
+        """Give the run as the core has it: it starts `skip` steps ahead of time zero."""
+        return self.speed, self.origin - self.skip * self.speed * dt, self.skip, self.steps
+
+    def end(self, dt: float) -> float:
+        """Give the station of the front axle after the last step, m."""
+        return self.origin + self.speed * dt * self.steps
+
+
+def plan(
+    vehicle: Vehicle,
+    profile: Profile | None,
+    speed_kmh: float,
+    dt: float,
+    run_in: float,
+    distance: float | None,
+) -> Run:
+    """Check a run, and count its steps."""
     for name, given, kind in (("vehicle", vehicle, Vehicle), ("profile", profile, Profile)):
         if not isinstance(given, kind) and not (name == "profile" and given is None):
             raise ValueError(f"{name} is a {type(given).__name__}: must be a {kind.__name__}")
@@ -158,9 +227,9 @@ def tire_forces(
                 f"run_in = {run_in:g} m: must be below the length of the profile, "
                 f"{profile.length:g} m"
             )
-    start = first + run_in
+    origin = first + run_in
     if distance is None and profile is not None:
-        distance = float(profile.x[-1]) - start
+        distance = float(profile.x[-1]) - origin
     if distance is None or not (math.isfinite(distance) and distance > 0.0):
         raise ValueError(f"distance = {distance} m: must be finite and above 0")
     # A distance that is a whole number of steps but for rounding takes just those.
@@ -170,28 +239,4 @@ def tire_forces(
             f"{distance:g} m at {speed_kmh:g} km/h take {steps} steps of {dt:g} s: "
             "must be 1 to 100 million"
         )
-    time = dt * np.arange(steps + 1, dtype=np.float64)
-    position = start + speed * time[:, np.newaxis] - vehicle.axle_positions
-    static = vehicle.static_loads
-    if profile is None:
-        return TireForces(time, position, np.tile(static, (steps + 1, 1)), static)
-    skip = math.ceil(run_in / (speed * dt) - 1e-9)
-    force = vehicle.core.tire_forces(
-        profile.x,
-        profile.z,
-        interpolation,
-        speed,
-        dt,
-        start - skip * speed * dt,
-        skip,
-        steps,
-        progress,
-    )
-    lifted = tuple(
-        LiftOff(axle + 1, int(below.sum()), float(position[below.argmax(), axle]))
-        for axle, below in enumerate((force < 0.0).T)
-        if below.any()
-    )
-    if lift_off:
-        np.maximum(force, 0.0, out=force)
-    return TireForces(time, position, force, static, lifted)
+    return Run(speed, origin, math.ceil(run_in / (speed * dt) - 1e-9), steps)

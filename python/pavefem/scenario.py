@@ -84,7 +84,7 @@ class Scenario(Model):
     interpolation: Interpolation = "linear"
     """Profile between samples: straight lines, or a staircase (the paper's)."""
     lift_off: bool = False
-    """Whether tire forces are clipped at zero where linear tires would pull at the road."""
+    """Whether a tire that would pull leaves the road; otherwise tires are linear."""
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> Self:

@@ -9,10 +9,11 @@ from typing import Final, Literal
 import numpy as np
 
 from pavefem import _core
+from pavefem._model import whole_number
 from pavefem._progress import progress_bar
 from pavefem.asphalt import kmh
 from pavefem.cache import Recent, digest, transition
-from pavefem.forces import Interpolation, Progress, TireForces, tire_forces
+from pavefem.forces import MEMORY_LIMIT, Interpolation, Progress, TireForces, tire_forces
 from pavefem.profile import Profile
 from pavefem.result import Result
 from pavefem.road import Road
@@ -25,9 +26,6 @@ Keep = Sequence[Quantity] | Literal["envelope"]
 
 EVERYTHING: Final[tuple[Quantity, ...]] = ("deflection", "tire_force")
 """Histories that can be kept."""
-
-MEMORY_LIMIT: Final = 8 * 2**30
-"""Most bytes that the histories of a run may take."""
 
 _STEPPERS: Final = Recent[_core.Stepper](budget=256 * 2**20)
 
@@ -73,7 +71,7 @@ def simulate(
     interpolation : {"linear", "staircase"}
         Profile between samples: straight lines, or the elevation of a sample up to the next one.
     lift_off : bool
-        Clip tire forces at zero where linear tires would pull at the road.
+        Whether a tire that would pull leaves the road; otherwise tires are linear.
     keep : sequence of {"deflection", "tire_force"}, or "envelope"
         Histories to keep besides the envelope; ``"envelope"`` keeps none.
     every : int
@@ -129,8 +127,7 @@ def run(
     if not isinstance(scenario, Scenario):
         raise ValueError(f"scenario is a {type(scenario).__name__}: must be a Scenario")
     quantities = _check_keep(keep)
-    if isinstance(every, bool) or not isinstance(every, int | np.integer) or every < 1:
-        raise ValueError(f"every = {every!r}: must be a whole number, at least 1")
+    every = whole_number("every", every)
     places = np.asarray([] if stations is None else stations, dtype=np.float64)
     if places.ndim != 1 or (stations is not None and places.size == 0):
         raise ValueError(f"stations has shape {places.shape}: must be a list of places, m")
@@ -138,8 +135,8 @@ def run(
     if stations is not None and not deflection:
         raise ValueError(f'keep = {keep!r}: must have "deflection" in it where stations are given')
     nodes = deflection and stations is None
-    _check_size(scenario, places.size, nodes, int(every))
-    stepper, x = _stepper(scenario, nodes, places, int(every), cache)
+    _check_size(scenario, places.size, nodes, every)
+    stepper, x = _stepper(scenario, nodes, places, every, cache)
     with progress_bar(progress, "vehicle") as report:
         forces = _forces_on_road(scenario, report)
     with progress_bar(progress, "pavement") as report:

@@ -41,19 +41,54 @@ class Body(Model):
         return self
 
 
+class Friction(Model):
+    """Dry friction, as between the leaves of a leaf spring: it makes a vehicle non-linear.
+
+    The force F follows the stretch u of its spring by ``dF = (sign(du) F_c - F) |du| / travel``,
+    from no force at rest: P. S. Fancher et al., "Measurement and representation of the mechanical
+    properties of truck leaf springs", SAE 800905 (1980), for what a leaf spring has beyond its
+    stiffness.
+    """
+
+    force: Positive
+    """Largest force F_c, N, both sides of the vehicle together: half the height of the loop."""
+    travel: Positive
+    """Stretch over which a change of direction takes effect by 63 %, m."""
+
+
 class Spring(Model):
-    """A spring and a damper between points of two bodies, both sides of the vehicle together."""
+    """A spring and a damper between points of two bodies, both sides of the vehicle together.
+
+    With several lower ends it acts on their mean height, and each of them takes an equal share of
+    its force: an air suspension whose bellows are connected.
+    """
 
     upper: str
     """Body at the upper end."""
-    lower: str
-    """Body at the lower end."""
-    x: Number
-    """Place of both ends, m behind the front axle."""
-    stiffness: Positive
+    lower: str | Annotated[tuple[str, ...], Field(min_length=1)]
+    """Body at the lower end, or bodies."""
+    x: Number | Annotated[tuple[Number, ...], Field(min_length=1)]
+    """Place of both ends, m behind the front axle; one for each of several lower ends."""
+    stiffness: NotNegative
     """Spring constant, N/m."""
     damping: NotNegative
     """Damping constant, N s/m."""
+    friction: Friction | None = None
+    """Dry friction beside them."""
+
+    @model_validator(mode="after")
+    def _ends_are_whole(self) -> Self:
+        bodies, places = len(self.lower_ends), 1 if isinstance(self.x, float) else len(self.x)
+        if isinstance(self.lower, str) != isinstance(self.x, float) or bodies != places:
+            raise ValueError(f"x has {places} places for {bodies} lower ends: must be one for each")
+        return self
+
+    @property
+    def lower_ends(self) -> tuple[tuple[str, float], ...]:
+        """Body and place, m, of each lower end."""
+        bodies = (self.lower,) if isinstance(self.lower, str) else self.lower
+        places = (self.x,) if isinstance(self.x, float) else self.x
+        return tuple(zip(bodies, places, strict=False))
 
 
 class Tire(Model):
@@ -67,6 +102,9 @@ class Tire(Model):
     """Spring constant of all tires of the axle, N/m."""
     damping: NotNegative
     """Damping constant of all tires of the axle, N s/m."""
+    print_length: NotNegative = 0.0
+    """Length of the tire print, over which the elevation of the road is averaged, m; 0 for a
+    point."""
 
 
 class Vehicle(Model):
@@ -126,25 +164,37 @@ class Vehicle(Model):
             )
             for body in self.bodies
         ]
-        springs = [
-            (
-                number(spring.upper, f"upper end of spring {i}"),
-                spring.x,
-                number(spring.lower, f"lower end of spring {i}"),
-                spring.x,
-                spring.stiffness,
-                spring.damping,
+        springs, ends = [], []
+        for i, spring in enumerate(self.springs):
+            places = [x for _, x in spring.lower_ends]
+            friction = spring.friction
+            springs.append(
+                (
+                    number(spring.upper, f"upper end of spring {i}"),
+                    sum(places) / len(places),
+                    spring.stiffness,
+                    spring.damping,
+                    math.nan if friction is None else friction.force,
+                    math.nan if friction is None else friction.travel,
+                )
             )
-            for i, spring in enumerate(self.springs)
-        ]
+            for body, x in spring.lower_ends:
+                ends.append((i, number(body, f"lower end of spring {i}"), x))
         tires = [
-            (number(tire.body, f"body of tire {i}"), tire.x, tire.stiffness, tire.damping)
+            (
+                number(tire.body, f"body of tire {i}"),
+                tire.x,
+                tire.print_length,
+                tire.stiffness,
+                tire.damping,
+            )
             for i, tire in enumerate(self.tires)
         ]
         return _core.Vehicle(
             np.array(bodies, dtype=np.float64).reshape(-1, 5),
             np.array(springs, dtype=np.float64).reshape(-1, 6),
-            np.array(tires, dtype=np.float64).reshape(-1, 4),
+            np.array(ends, dtype=np.float64).reshape(-1, 3),
+            np.array(tires, dtype=np.float64).reshape(-1, 5),
         )
 
     def __repr__(self) -> str:
@@ -152,6 +202,11 @@ class Vehicle(Model):
             f"Vehicle({self.name!r}, {self.total_mass / 1e3:.1f} t, {len(self.tires)} axles, "
             f"{len(self.unknowns)} degrees of freedom)"
         )
+
+    @property
+    def is_linear(self) -> bool:
+        """Whether no spring has dry friction."""
+        return all(spring.friction is None for spring in self.springs)
 
     @property
     def axle_positions(self) -> NDArray[np.float64]:

@@ -46,7 +46,7 @@ def scenarios() -> dict[str, pf.Scenario]:
             interpolation="staircase",
             scheme=pf.Scheme.paper(hold="first"),
         ),
-        "very rough, clipped": pf.Scenario(
+        "very rough, lifting off": pf.Scenario(
             profile=pf.Profile.iso8608("H", length=90.0, seed=2),
             run_in=40.0,
             speed_kmh=90.0,

@@ -78,6 +78,21 @@ pub enum Error {
         /// The time of that step.
         time: f64,
     },
+    /// A step was divided as often as it may be, and its two answers still differ.
+    #[error(
+        "the {quantity} do not settle to {tolerance:e} at {place} m in steps of {step:e} s: \
+         use a shorter dt, a larger tolerance or softer friction"
+    )]
+    Unsettled {
+        /// What does not settle.
+        quantity: &'static str,
+        /// Place of the front axle, m.
+        place: f64,
+        /// Shortest step that was tried, s.
+        step: f64,
+        /// Tolerance asked for.
+        tolerance: f64,
+    },
     /// The dense scheme would need more memory and time than is sensible.
     #[error(
         "a dense transition matrix of {unknowns} unknowns is refused, the limit is {limit}: \
@@ -128,6 +143,7 @@ impl Error {
             Self::NonFinite { .. }
             | Self::Singular { .. }
             | Self::Cancelled { .. }
+            | Self::Unsettled { .. }
             | Self::Diverged { .. } => Kind::Solver,
             Self::Stopped { .. } => Kind::Stopped,
         }

@@ -13,7 +13,7 @@ use pavefem_core::pavement::{Bed, Ends, Foundation, Section, Strip, Weights};
 use pavefem_core::response::{Hold, Keep, Loads, Record, Stepper};
 use pavefem_core::transition::{Form, System, Transition};
 use pavefem_core::vehicle::{
-    Body, GRAVITY, Interpolation, Point, Profile, Run, Spring, Tire, Vehicle,
+    Body, Friction, GRAVITY, Interpolation, Point, Profile, Run, Spring, Tire, Vehicle,
 };
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -385,13 +385,12 @@ fn truck_with(axles: [f64; 3], pivot: f64) -> Vehicle {
     let spring = |upper, axle: usize, stiffness, damping| {
         let x = axles[axle];
         let (upper, lower) = (Point { body: upper, x }, Point { body: axle + 1, x });
-        Spring { upper, lower, stiffness, damping }
+        Spring::between(upper, lower, stiffness, damping)
     };
     let springs = [spring(0, 0, 1e6, 1e4), spring(4, 1, 2e6, 5e4), spring(4, 2, 2e6, 5e4)];
-    let tires = [0, 1, 2].map(|axle| Tire {
-        point: Point { body: axle + 1, x: axles[axle] },
-        stiffness: if axle == 0 { 1.75e6 } else { 3.5e6 },
-        damping: 1e4,
+    let tires = [0, 1, 2].map(|axle| {
+        let point = Point { body: axle + 1, x: axles[axle] };
+        Tire::at(point, if axle == 0 { 1.75e6 } else { 3.5e6 }, 1e4)
     });
     Vehicle::new(&bodies, &springs, &tires).unwrap()
 }
@@ -477,7 +476,8 @@ fn frequency_response_of_the_truck() {
         let profile = Profile::new(&x, &z, Interpolation::Linear).unwrap();
         let steps = 2000;
         let skip = (seconds / dt) as usize - steps;
-        let run = Run { speed, dt, start: 0.5 * spacing, skip, steps };
+        let run =
+            Run { speed, dt, start: 0.5 * spacing, skip, steps, lift_off: false, tolerance: 1e-4 };
         let forces = truck.tire_forces(&profile, &run, &mut |_, _| true).unwrap();
 
         let tires = [1.75e6, 3.5e6, 3.5e6].map(|k| Complex::from(k) + omega * 1e4);
@@ -524,7 +524,15 @@ fn forces(
     every: usize,
     steps: usize,
 ) -> Vec<f64> {
-    let run = Run { speed, dt: dt / every as f64, start: 0.0, skip: 0, steps: steps * every };
+    let run = Run {
+        speed,
+        dt: dt / every as f64,
+        start: 0.0,
+        skip: 0,
+        steps: steps * every,
+        lift_off: false,
+        tolerance: 1e-4,
+    };
     let all = truck.tire_forces(profile, &run, &mut |_, _| true).unwrap();
     all.chunks_exact(3).step_by(every).flatten().copied().collect()
 }
@@ -637,18 +645,28 @@ fn check_transition(transition: &Transition) {
     assert!(whole(&transition.ramp()), "ramp");
 }
 
+fn rubbing() -> impl Strategy<Value = Option<Friction>> {
+    let friction = (wild(2e3), wild(1e-3)).prop_map(|(force, travel)| Friction { force, travel });
+    prop::option::weighted(0.3, friction)
+}
+
 fn wild_truck() -> impl Strategy<Value = (Vec<Body>, Vec<Spring>, Vec<Tire>)> {
     let body =
         (wild(2e3), wild(1e3), wild(2.0), prop::option::weighted(0.2, (0..5_usize, wild(1.0))))
             .prop_map(|(mass, inertia, x, pin)| Body { mass, inertia, x, pin });
     let point = || (0..5_usize, wild(1.0)).prop_map(|(body, x)| Point { body, x });
-    let spring = (point(), point(), wild(1e6), wild(1e4))
-        .prop_map(|(upper, lower, stiffness, damping)| Spring { upper, lower, stiffness, damping });
-    let tire = (point(), wild(1e6), wild(1e4)).prop_map(|(point, stiffness, damping)| Tire {
-        point,
-        stiffness,
-        damping,
-    });
+    let lower = prop::collection::vec(point(), 0..3);
+    let spring = (point(), lower, wild(1e6), wild(1e4), rubbing()).prop_map(
+        |(upper, lower, stiffness, damping, friction)| Spring {
+            upper,
+            lower,
+            stiffness,
+            damping,
+            friction,
+        },
+    );
+    let tire = (point(), wild(0.3), wild(1e6), wild(1e4))
+        .prop_map(|(point, print, stiffness, damping)| Tire { point, print, stiffness, damping });
     (
         prop::collection::vec(body, 0..4),
         prop::collection::vec(spring, 0..4),
@@ -658,12 +676,16 @@ fn wild_truck() -> impl Strategy<Value = (Vec<Body>, Vec<Spring>, Vec<Tire>)> {
 
 /// A quarter car, some of its numbers wild: most of these can run.
 fn wild_quarter_car() -> impl Strategy<Value = (Vec<Body>, Vec<Spring>, Vec<Tire>)> {
-    (wild(4e3), wild(4e2), wild(2e5), wild(1e4), wild(1e6), wild(1e3), wild(1.0)).prop_map(
-        |(sprung, unsprung, stiffness, damping, tire, tire_damping, x)| {
+    let masses = (wild(4e3), wild(4e2));
+    let spring = (wild(2e5), wild(1e4), rubbing());
+    let print = prop_oneof![Just(0.0), wild(0.3)];
+    (masses, spring, (print, wild(1e6), wild(1e3)), wild(1.0)).prop_map(
+        |((sprung, unsprung), (stiffness, damping, friction), tire, x)| {
             let body = |mass| Body { mass, inertia: 0.0, x, pin: None };
-            let [upper, lower] = [0, 1].map(|body| Point { body, x });
-            let tire = Tire { point: lower, stiffness: tire, damping: tire_damping };
-            let spring = Spring { upper, lower, stiffness, damping };
+            let [upper, point] = [0, 1].map(|body| Point { body, x });
+            let spring = Spring { upper, lower: vec![point], stiffness, damping, friction };
+            let (print, stiffness, damping) = tire;
+            let tire = Tire { point, print, stiffness, damping };
             (vec![body(sprung), body(unsprung)], vec![spring], vec![tire])
         },
     )
@@ -775,6 +797,8 @@ proptest! {
         start in wild(1.0),
         skip in 0..5_usize,
         steps in 0..9_usize,
+        lift_off in any::<bool>(),
+        tolerance in wild(1e-4),
     ) {
         let mut x = x;
         if sorted {
@@ -784,7 +808,7 @@ proptest! {
         let z = if sorted { &z[..x.len()] } else { &z[..] };
         let interpolation =
             if staircase { Interpolation::Staircase } else { Interpolation::Linear };
-        let run = Run { speed, dt, start, skip, steps };
+        let run = Run { speed, dt, start, skip, steps, lift_off, tolerance };
         if let (Ok(vehicle), Ok(profile)) =
             (check_vehicle(&vehicle), Profile::new(&x, z, interpolation))
             && let Ok(forces) = vehicle.tire_forces(&profile, &run, &mut |_, _| true)
@@ -831,7 +855,8 @@ fn more_steps_than_memory_holds_are_an_error() {
     let (x, z) = ([0.0, 1.0], [0.0, 0.0]);
     let profile = Profile::new(&x, &z, Interpolation::Linear).unwrap();
     for (skip, steps) in [(0, usize::MAX), (usize::MAX, 1), (0, usize::MAX / 2)] {
-        let run = Run { speed: 1.0, dt: 1e-3, start: 0.0, skip, steps };
+        let run =
+            Run { speed: 1.0, dt: 1e-3, start: 0.0, skip, steps, lift_off: false, tolerance: 1e-4 };
         assert!(truck().tire_forces(&profile, &run, &mut |_, _| false).is_err());
     }
 }
@@ -842,7 +867,15 @@ fn far_from_the_origin() {
     let (x, z) = ([0.0, 1.0], [0.0, 0.0]);
     for interpolation in [Interpolation::Linear, Interpolation::Staircase] {
         let profile = Profile::new(&x, &z, interpolation).unwrap();
-        let run = Run { speed: 20.0, dt: 1e-3, start: 1e17, skip: 0, steps: 3 };
+        let run = Run {
+            speed: 20.0,
+            dt: 1e-3,
+            start: 1e17,
+            skip: 0,
+            steps: 3,
+            lift_off: false,
+            tolerance: 1e-4,
+        };
         match truck().tire_forces(&profile, &run, &mut |_, _| true) {
             Ok(forces) => assert!(forces.iter().all(|force| force.is_finite())),
             Err(error) => assert!(matches!(error, Error::Invalid { .. }), "{error}"),

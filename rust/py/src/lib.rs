@@ -21,7 +21,7 @@ mod _core {
     #[pymodule_export]
     use crate::pavement::{Stepper, Strip, Transition};
     #[pymodule_export]
-    use crate::vehicle::Vehicle;
+    use crate::vehicle::{Vehicle, fleet_forces};
 
     #[pymodule_export]
     const GRAVITY: f64 = pavefem_core::vehicle::GRAVITY;

@@ -1,7 +1,12 @@
 //! Vehicles and their tire forces.
 
+use std::num::NonZero;
+
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
-use pavefem_core::vehicle::{self, Body, Interpolation, Point, Profile, Run, Spring, Tire};
+use pavefem_core::vehicle::{
+    self, Body, Friction, Interpolation, Keep, Passage, Point, Profile, Record, Run, Spring, Tire,
+};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::convert::{choice, exception, index, matrix_to_array, records, table, vector};
@@ -13,11 +18,13 @@ pub(crate) struct Vehicle(vehicle::Vehicle);
 #[pymethods]
 impl Vehicle {
     /// Rows of bodies: mass, inertia, x, pinned to (NaN for a free body), pin; of springs: upper body
-    /// and x, lower body and x, stiffness, damping; of tires: body, x, stiffness, damping.
+    /// and x, stiffness, damping, friction (NaN for none) and its travel; of their lower ends:
+    /// number of the spring, body, x; of tires: body, x, print, stiffness, damping.
     #[new]
     fn new(
         bodies: PyReadonlyArray2<'_, f64>,
         springs: PyReadonlyArray2<'_, f64>,
+        ends: PyReadonlyArray2<'_, f64>,
         tires: PyReadonlyArray2<'_, f64>,
     ) -> PyResult<Self> {
         let point = |body: f64, x: f64| Ok::<_, PyErr>(Point { body: index("body", body)?, x });
@@ -25,19 +32,25 @@ impl Vehicle {
             let pin = if to.is_nan() { None } else { Some((index("pinned to", to)?, pin)) };
             Ok(Body { mass, inertia, x, pin })
         };
-        let spring = |[upper, ux, lower, lx, stiffness, damping]: [f64; 6]| {
-            let (upper, lower) = (point(upper, ux)?, point(lower, lx)?);
-            Ok(Spring { upper, lower, stiffness, damping })
+        let spring = |[body, x, stiffness, damping, force, travel]: [f64; 6]| {
+            let friction = (!force.is_nan()).then_some(Friction { force, travel });
+            Ok(Spring { upper: point(body, x)?, lower: Vec::new(), stiffness, damping, friction })
         };
-        let tire = |[body, x, stiffness, damping]: [f64; 4]| {
-            Ok(Tire { point: point(body, x)?, stiffness, damping })
+        let tire = |[body, x, print, stiffness, damping]: [f64; 5]| {
+            Ok(Tire { point: point(body, x)?, print, stiffness, damping })
         };
         let bodies: PyResult<Vec<Body>> =
             records("bodies", &bodies)?.into_iter().map(body).collect();
         let springs: PyResult<Vec<Spring>> =
             records("springs", &springs)?.into_iter().map(spring).collect();
         let tires: PyResult<Vec<Tire>> = records("tires", &tires)?.into_iter().map(tire).collect();
-        vehicle::Vehicle::new(&bodies?, &springs?, &tires?).map(Self).map_err(exception)
+        let mut springs = springs?;
+        for [number, body, x] in records("ends", &ends)? {
+            let spring = springs.get_mut(index("spring", number)?);
+            let spring = spring.ok_or_else(|| PyValueError::new_err("an end of no spring"))?;
+            spring.lower.push(point(body, x)?);
+        }
+        vehicle::Vehicle::new(&bodies?, &springs, &tires?).map(Self).map_err(exception)
     }
 
     #[getter]
@@ -59,29 +72,66 @@ impl Vehicle {
     fn static_loads<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.0.static_loads())
     }
+}
 
-    #[expect(clippy::too_many_arguments, reason = "each is a plain number the run needs")]
-    #[pyo3(signature = (x, z, interpolation, speed, dt, start, skip, steps, progress=None))]
-    fn tire_forces<'py>(
-        &self,
-        py: Python<'py>,
-        x: PyReadonlyArray1<'_, f64>,
-        z: PyReadonlyArray1<'_, f64>,
-        interpolation: &str,
-        speed: f64,
-        dt: f64,
-        start: f64,
-        skip: usize,
-        steps: usize,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let kinds = [("linear", Interpolation::Linear), ("staircase", Interpolation::Staircase)];
-        let interpolation = choice("interpolation", interpolation, &kinds)?;
-        let (x, z) = (vector(&x), vector(&z));
-        let forces = detached(py, progress.as_ref(), |watch| {
-            let profile = Profile::new(&x, &z, interpolation)?;
-            self.0.tire_forces(&profile, &Run { speed, dt, start, skip, steps }, watch)
-        })?;
-        table(py, forces, self.0.static_loads().len())
+type Kept<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// Rows of runs: speed, start, steps to skip, steps to keep. For each vehicle: its history, its
+/// forces at the stations, and a row of statistics for each axle (mean, standard deviation, lowest,
+/// highest, instants off the road).
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "each is a plain value the runs need")]
+#[pyo3(signature = (
+    vehicles, runs, x, z, interpolation, dt, lift_off, tolerance, every, stations, threads,
+    progress=None
+))]
+pub(crate) fn fleet_forces<'py>(
+    py: Python<'py>,
+    vehicles: Vec<Py<Vehicle>>,
+    runs: PyReadonlyArray2<'_, f64>,
+    x: PyReadonlyArray1<'_, f64>,
+    z: PyReadonlyArray1<'_, f64>,
+    interpolation: &str,
+    dt: f64,
+    lift_off: bool,
+    tolerance: f64,
+    every: Option<usize>,
+    stations: PyReadonlyArray1<'_, f64>,
+    threads: usize,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Vec<Kept<'py>>> {
+    let kinds = [("linear", Interpolation::Linear), ("staircase", Interpolation::Staircase)];
+    let interpolation = choice("interpolation", interpolation, &kinds)?;
+    let (x, z) = (vector(&x), vector(&z));
+    let keep = Keep { every, stations: vector(&stations) };
+    let threads = NonZero::new(threads)
+        .ok_or_else(|| PyValueError::new_err("threads = 0: must be at least 1"))?;
+    let runs = records("runs", &runs)?;
+    if runs.len() != vehicles.len() {
+        let message = format!("runs has {} rows, expected {}", runs.len(), vehicles.len());
+        return Err(PyValueError::new_err(message));
     }
+    let mut passages = Vec::with_capacity(runs.len());
+    for (vehicle, [speed, start, skip, steps]) in vehicles.iter().zip(runs) {
+        let (skip, steps) = (index("skip", skip)?, index("steps", steps)?);
+        let run = Run { speed, dt, start, skip, steps, lift_off, tolerance };
+        passages.push(Passage { vehicle: &vehicle.get().0, run });
+    }
+    let found = detached(py, progress.as_ref(), |watch| {
+        let profile = Profile::new(&x, &z, interpolation)?;
+        vehicle::fleet(&passages, &profile, &keep, threads, watch)
+    })?;
+    found.into_iter().map(|record| kept(py, record)).collect()
+}
+
+fn kept(py: Python<'_>, record: Record) -> PyResult<Kept<'_>> {
+    let axles = record.axles.len();
+    let statistics = record.axles.iter().flat_map(|axle| {
+        [axle.mean, axle.deviation, axle.lowest, axle.highest, axle.airborne as f64]
+    });
+    Ok((
+        table(py, record.history, axles)?,
+        table(py, record.at_stations, axles)?,
+        table(py, statistics.collect(), 5)?,
+    ))
 }

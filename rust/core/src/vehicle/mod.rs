@@ -1,0 +1,13 @@
+//! Pitch-plane vehicles from bodies, springs and tires, and their tire forces over a profile.
+
+pub mod contact;
+pub mod fleet;
+mod linear;
+pub mod model;
+mod nonlinear;
+pub mod record;
+
+pub use contact::{Interpolation, Profile};
+pub use fleet::{Passage, Run, fleet};
+pub use model::{Body, Friction, GRAVITY, Point, Spring, Tire, Vehicle};
+pub use record::{Keep, Record, Statistics};

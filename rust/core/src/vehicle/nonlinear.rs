@@ -1,0 +1,295 @@
+//! Vehicles whose tires may leave the road and whose springs rub.
+//!
+//! What is not linear enters as forces beside the linear vehicle: a tire that would pull is held
+//! back by as much, and dry friction resists the stretch of its spring. They go linearly through a
+//! step, from their values at its beginning to those at its end, which depend on the state there:
+//! a few equations, solved by iteration. A step on which nothing acts but the linear vehicle is a
+//! linear step and costs no more. On any other, the tire forces at the end are compared with those
+//! after two steps of half the length, and the step is divided until they agree.
+
+use nalgebra::DVector;
+use pulp::Scalar;
+
+use super::contact::{Profile, Wheel};
+use super::fleet::Passage;
+use super::linear::WATCHED;
+use super::model::Tire;
+use super::record::{Keep, Keeper, Record, Sums, diverged};
+use crate::error::{Error, Result, Watch, check, go_on, unwatched};
+use crate::linalg::DMatrix;
+use crate::transition::{Form, Transition};
+
+/// How often a step may be halved.
+const HALVINGS: usize = 12;
+
+/// Iterations after which the forces at the end of a step count as not found.
+const ITERATIONS: usize = 40;
+
+/// The change of a force at which the iteration stops, as a part of the tolerance.
+const SETTLED: f64 = 1e-3;
+
+/// A step of one length: what the state and forces at its beginning make of it.
+struct Length {
+    dt: f64,
+    phi: DMatrix<f64>,
+    /// The state that a unit force on each row leaves, held or growing to a unit.
+    held: Vec<DVector<f64>>,
+    growing: Vec<DVector<f64>>,
+    /// What a unit of force on row `j` at the end adds to what row `i` is asked for there.
+    coupling: DMatrix<f64>,
+}
+
+/// A vehicle with its rows: those of the tires, then those of the dry frictions.
+struct Model<'a> {
+    passage: &'a Passage<'a>,
+    /// `R`: tire forces but for the road's part, then stretches.
+    asked: Vec<DVector<f64>>,
+    lengths: Vec<Length>,
+    /// Largest error of a tire force that a step may leave, N.
+    tolerances: Vec<f64>,
+    least: f64,
+}
+
+/// State, and the forces of dry friction.
+#[derive(Clone)]
+struct State {
+    y: DVector<f64>,
+    friction: Vec<f64>,
+    /// Tire forces at the end of the step that led here, with the road as it was before there.
+    forces: Vec<f64>,
+}
+
+/// The road under a tire at both ends of a step.
+struct Road {
+    /// Elevation through the step, which dampers and springs feel.
+    begin: f64,
+    end: f64,
+    mean_velocity: f64,
+    /// Elevation and velocity that the force is of, at its beginning and end.
+    at_begin: (f64, f64),
+    at_end: (f64, f64),
+}
+
+impl<'a> Model<'a> {
+    fn new(passage: &'a Passage<'a>) -> Result<Self> {
+        let Passage { vehicle, run } = passage;
+        let n = vehicle.system().len();
+        let rows: Vec<&DVector<f64>> =
+            vehicle.rows.iter().chain(vehicle.frictions.iter().map(|(row, _)| row)).collect();
+        let place = |row: &DVector<f64>, k: f64, c: f64| {
+            let entries = row.iter().map(|r| k * r).chain(row.iter().map(|r| c * r));
+            DVector::from_iterator(2 * n, entries)
+        };
+        let tires = vehicle.tires.iter().zip(&vehicle.rows);
+        let asked: Vec<_> = tires
+            .map(|(tire, row)| place(row, -tire.stiffness, -tire.damping))
+            .chain(vehicle.frictions.iter().map(|(row, _)| place(row, 1.0, 0.0)))
+            .collect();
+        let mut lengths = Vec::with_capacity(HALVINGS + 1);
+        for halvings in 0..=HALVINGS {
+            let dt = run.dt / (halvings as f64).exp2();
+            let system = vehicle.system().clone();
+            let transition = Transition::new(system, dt, Form::Integral, &mut unwatched)?;
+            let (gamma, ramp) = (transition.gamma(), transition.ramp());
+            let growing: Vec<_> = rows.iter().map(|&row| &ramp * row).collect();
+            lengths.push(Length {
+                dt,
+                phi: transition.phi().to_dense(),
+                held: rows.iter().map(|&row| &gamma * row).collect(),
+                coupling: DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
+                    asked[i].dot(&growing[j])
+                }),
+                growing,
+            });
+        }
+        let tolerance = |load: &f64| load * run.tolerance;
+        let tolerances: Vec<f64> = vehicle.static_loads().iter().map(tolerance).collect();
+        let least = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
+        Ok(Self { passage, asked, lengths, tolerances, least })
+    }
+
+    /// The road under the tires from `front` on.
+    fn roads(&self, wheels: &mut [Wheel<'_>], front: f64, dt: f64) -> Vec<Road> {
+        let Passage { vehicle, run } = self.passage;
+        let (reach, nudge) = (run.speed * dt, run.nudge());
+        let road = |(tire, wheel): (&Tire, &mut Wheel<'_>)| {
+            let x = front - tire.point.x;
+            let begin = wheel.touch(x, nudge);
+            let end = wheel.touch(x + reach, -nudge);
+            let at_begin = (begin.elevation, run.speed * begin.slope);
+            let at_end = (end.elevation, run.speed * end.slope);
+            if wheel.jumps() {
+                let mean = wheel.mean(x, x + reach);
+                return Road { begin: mean, end: mean, mean_velocity: 0.0, at_begin, at_end };
+            }
+            let (begin, end) = (begin.elevation, end.elevation);
+            Road { begin, end, mean_velocity: (end - begin) / dt, at_begin, at_end }
+        };
+        vehicle.tires.iter().zip(wheels).map(road).collect()
+    }
+
+    /// The force of a linear tire, N.
+    fn tire_force(&self, tire: usize, (elevation, velocity): (f64, f64), asked: f64) -> f64 {
+        let vehicle = self.passage.vehicle;
+        let Tire { stiffness, damping, .. } = vehicle.tires[tire];
+        vehicle.static_loads()[tire] + stiffness * elevation + damping * velocity + asked
+    }
+
+    /// What holds a tire back whose force would be `linear`, N.
+    fn held_back(&self, linear: f64) -> f64 {
+        if self.passage.run.lift_off && linear < 0.0 { -linear } else { 0.0 }
+    }
+
+    /// One step, undivided; and whether anything acted but the linear vehicle. None where the forces
+    /// at its end are not found.
+    fn try_step(&self, state: &State, length: &Length, roads: &[Road]) -> Option<(State, bool)> {
+        let vehicle = self.passage.vehicle;
+        let tires = vehicle.tires.len();
+        let asked = |y: &DVector<f64>| self.asked.iter().map(|row| row.dot(y)).collect::<Vec<_>>();
+        let before = asked(&state.y);
+        let mut y = &length.phi * &state.y;
+        let mut begin = Vec::with_capacity(before.len());
+        for (i, (tire, road)) in vehicle.tires.iter().zip(roads).enumerate() {
+            let held_back = self.held_back(self.tire_force(i, road.at_begin, before[i]));
+            let held = tire.stiffness * road.begin + tire.damping * road.mean_velocity + held_back;
+            y.axpy(held, &length.held[i], 1.0);
+            y.axpy(tire.stiffness * (road.end - road.begin) - held_back, &length.growing[i], 1.0);
+            begin.push(held_back);
+        }
+        // Friction pulls the ends of its spring together where it is above 0.
+        for (j, &friction) in state.friction.iter().enumerate() {
+            y.axpy(-friction, &length.held[tires + j], 1.0);
+            y.axpy(friction, &length.growing[tires + j], 1.0);
+            begin.push(-friction);
+        }
+        let base = asked(&y);
+        let mut end = begin.clone();
+        for _ in 0..ITERATIONS {
+            let after = |i: usize| {
+                base[i]
+                    + end.iter().enumerate().map(|(j, e)| length.coupling[(i, j)] * e).sum::<f64>()
+            };
+            let next: Vec<f64> = (0..end.len())
+                .map(|i| match i.checked_sub(tires) {
+                    None => self.held_back(self.tire_force(i, roads[i].at_end, after(i))),
+                    Some(j) => -self.rubbed(j, state.friction[j], after(i) - before[i]),
+                })
+                .collect();
+            let change = end.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            end = next;
+            if change <= SETTLED * self.least {
+                let acted = begin.iter().chain(&end).any(|force| *force != 0.0);
+                for (growing, force) in length.growing.iter().zip(&end) {
+                    y.axpy(*force, growing, 1.0);
+                }
+                let after = asked(&y);
+                let forces =
+                    (0..tires).map(|i| self.tire_force(i, roads[i].at_end, after[i])).collect();
+                let friction = end[tires..].iter().map(|force| -force).collect();
+                return Some((State { y, friction, forces }, acted));
+            }
+        }
+        None
+    }
+
+    /// The force of dry friction after a change of stretch.
+    fn rubbed(&self, number: usize, before: f64, change: f64) -> f64 {
+        let friction = self.passage.vehicle.frictions[number].1;
+        let limit = friction.force.copysign(change);
+        limit + (before - limit) * (-change.abs() / friction.travel).exp()
+    }
+
+    /// A step that starts with the front axle at `front`, divided as often as it takes.
+    fn advance(
+        &self,
+        state: &State,
+        wheels: &mut [Wheel<'_>],
+        front: f64,
+        halvings: usize,
+    ) -> Result<State> {
+        let whole = &self.lengths[halvings];
+        let roads = self.roads(wheels, front, whole.dt);
+        let once = self.try_step(state, whole, &roads);
+        if let Some((once, false)) = once {
+            return Ok(once);
+        }
+        let unsettled = Error::Unsettled {
+            quantity: "tire forces",
+            place: front,
+            step: whole.dt,
+            tolerance: self.passage.run.tolerance,
+        };
+        let Some(half) = self.lengths.get(halvings + 1) else { return Err(unsettled) };
+        let middle = front + self.passage.run.speed * half.dt;
+        if let Some((once, _)) = &once {
+            let first = self.roads(wheels, front, half.dt);
+            let second = self.roads(wheels, middle, half.dt);
+            if let Some((first, _)) = self.try_step(state, half, &first)
+                && let Some((twice, _)) = self.try_step(&first, half, &second)
+                && self.agree(once, &twice)
+            {
+                return Ok(twice);
+            }
+        }
+        let first = self.advance(state, wheels, front, halvings + 1)?;
+        self.advance(&first, wheels, middle, halvings + 1)
+    }
+
+    fn agree(&self, once: &State, twice: &State) -> bool {
+        let mut pairs = once.forces.iter().zip(&twice.forces).zip(&self.tolerances);
+        pairs.all(|((once, twice), tolerance)| (once - twice).abs() <= *tolerance)
+    }
+}
+
+/// Run a vehicle with lift-off, dry friction or both.
+pub(super) fn run(
+    passage: &Passage<'_>,
+    profile: &Profile<'_>,
+    keep: &Keep,
+    watch: &mut Watch<'_>,
+) -> Result<Record> {
+    let Passage { vehicle, run } = passage;
+    let model = Model::new(passage)?;
+    let mut wheels: Vec<_> =
+        vehicle.tires.iter().map(|tire| Wheel::new(profile, tire.print)).collect();
+    let tires = vehicle.tires.len();
+    let mut sums = Sums::new(tires, 1, std::slice::from_ref(passage));
+    let mut keeper = Keeper::new(passage, keep)?;
+    let mut forces = vec![0.0; tires];
+    let mut state = State {
+        y: DVector::zeros(2 * vehicle.system().len()),
+        friction: vec![0.0; vehicle.frictions.len()],
+        forces: Vec::new(),
+    };
+    for step in 0..=run.total() {
+        if step % WATCHED == 0 {
+            go_on(watch, step, run.total())?;
+            if sums.unsound_lane().is_some() {
+                return Err(diverged(passage, step));
+            }
+        }
+        let front = run.place(step);
+        let roads = model.roads(&mut wheels, front, run.dt);
+        for (axle, force) in forces.iter_mut().enumerate() {
+            let asked = model.asked[axle].dot(&state.y);
+            let linear = model.tire_force(axle, roads[axle].at_begin, asked);
+            *force = linear + model.held_back(linear);
+        }
+        if step == run.skip {
+            sums.count(0, true);
+        }
+        sums.take(Scalar, &forces);
+        keeper.take(step, |axle| forces[axle]);
+        if step < run.total() {
+            state = model.advance(&state, &mut wheels, front, 0)?;
+        }
+    }
+    keeper.finish(&sums, 0)
+}
+
+/// The tolerance of a run, checked.
+pub(super) fn check_tolerance(tolerance: f64) -> Result<f64> {
+    check("tolerance", tolerance, "", "1e-8 to 0.1 of the static load", |tolerance| {
+        (1e-8..=0.1).contains(&tolerance)
+    })
+}
