@@ -160,6 +160,26 @@ def test_slice_includes_both_ends() -> None:
         profile.slice(0.5, 0.55)
 
 
+# --- what there is to know of a profile -------------------------------------------------------
+
+
+def test_summary_of_a_profile_that_was_made() -> None:
+    z = [0.0, 0.0123, -0.2]
+    assert Profile([100.0, 100.5, 101.5], z, "bump").summary() == {
+        "name": "bump",
+        "tracks": "one, without a name",
+        "samples": "3",
+        "stations": "100 to 101.5 m",
+        "length": "1.5 m",
+        "spacing": "irregular, 0.5 to 1 m, median 0.75 m",
+        "elevation": "-0.2000 to 0.0123 m",
+    }
+    uniform = Profile([0.0, 0.25, 0.5], z, tracks={"left": z, "right": [1.0, 1.0, 1.5]}).summary()
+    assert (uniform["name"], uniform["tracks"]) == ("none", "left, right")
+    assert (uniform["spacing"], uniform["right elevation"]) == ("0.25 m", "1.0000 to 1.5000 m")
+    assert "elevation" not in uniform
+
+
 # --- generated profiles -----------------------------------------------------------------------
 
 

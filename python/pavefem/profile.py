@@ -36,6 +36,9 @@ UNIFORM_TOLERANCE: Final = 1e-3
 MAX_SAMPLES: Final = 100_000_000
 """Most samples that are generated or resampled in one profile (5000 km at 0.05 m)."""
 
+UNIT_ORIGINS: Final = {"header": "the file says", "option": "as told", "default": "by default"}
+"""Where a unit comes from, for people to read."""
+
 
 @dataclass(frozen=True)
 class ProfileSource:
@@ -51,7 +54,7 @@ class ProfileSource:
         Column names as written in the file; empty without a header.
     columns : tuple of int
         Columns of station and of the elevation of each track, counted from 0; the station's is
-        -1 where the file gives a spacing instead.
+        -1 where a spacing, of the file or of the caller, stands for it.
     delimiter, decimal : str, optional
         Field delimiter (a blank stands for any whitespace) and decimal mark of a text file.
     units : tuple of str
@@ -63,6 +66,8 @@ class ProfileSource:
         ``"resampled"`` is linear interpolation onto a uniform grid.
     resampled_from : tuple of float, optional
         Smallest and largest spacing in the file (m), where stations are not as read.
+    format : str
+        What kind of file it is, for people to read.
     """
 
     path: str
@@ -75,6 +80,28 @@ class ProfileSource:
     units_from: tuple[str, ...] = ("default", "default")
     stations: Literal["as read", "rounding removed", "resampled"] = "as read"
     resampled_from: tuple[float, float] | None = None
+    format: str = ""
+
+    def summary(self) -> dict[str, str]:
+        """Return what was understood of the file, as text, by what it is."""
+        columns = [i for i in self.columns if i >= 0] if self.header else []
+        quantities = ["station", *["elevation"] * (len(self.units) - 1)]
+        units = dict.fromkeys(
+            f"{quantity} {unit} ({UNIT_ORIGINS[origin]})"
+            for quantity, unit, origin in zip(quantities, self.units, self.units_from, strict=True)
+        )
+        stations: str = self.stations
+        if self.resampled_from is not None:
+            low, high = self.resampled_from
+            stations += f", {low:.6g} to {high:.6g} m apart in the file"
+        return {
+            "file": self.path,
+            "format": self.format,
+            "samples in the file": f"{self.rows}",
+            "columns read": ", ".join(self.header[i] for i in columns) or "without names",
+            "units in the file": ", ".join(units),
+            "stations of the file": stations,
+        }
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -362,6 +389,32 @@ class Profile:
             )
         title = f"{self.name}, {name}" if self.name else name
         return replace(self, z=self.tracks[name], name=title, source=source, tracks={})
+
+    def summary(self) -> dict[str, str]:
+        """Return what there is to know of the profile, as text with units, by what it is.
+
+        Of a profile that was read from a file, that includes what was understood of the file.
+        """
+        tracks = self.tracks or {"": self.z}
+        gaps = np.diff(self.x)
+        figures = {
+            "name": self.name or "none",
+            "tracks": ", ".join(self.tracks) or "one, without a name",
+            "samples": f"{self.x.size}",
+            "stations": f"{self.x[0]:.10g} to {self.x[-1]:.10g} m",
+            "length": f"{self.length:.10g} m",
+            "spacing": (
+                f"{self.spacing:.6g} m"
+                if self.is_uniform
+                else f"irregular, {gaps.min():.6g} to {gaps.max():.6g} m, "
+                f"median {self.spacing:.6g} m"
+            ),
+            **{
+                f"{track} elevation".strip(): f"{z.min():.4f} to {z.max():.4f} m"
+                for track, z in tracks.items()
+            },
+        }
+        return figures if self.source is None else figures | self.source.summary()
 
     def to_csv(self, path: str | os.PathLike[str]) -> None:
         """Write stations and elevations (m) as comma-separated text, at full precision.
