@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from pavefem.errors import FormatError
 from pavefem.formats import read_profile
-from pavefem.formats.text import track_of
+from pavefem.formats.tracks import track_of
 from pavefem.profile import Profile, ProfileSource
 
 LTPP = """ERDFILEV2.00
@@ -225,6 +225,33 @@ def test_ltpp_layout(write: Callable[..., Path]) -> None:
     assert source_of(profile.track("right")).columns == (-1, 1)
 
 
+@pytest.mark.parametrize(
+    ("xunits", "step"), [("m", 0.025), ("mm", 25.0), ("ft", 0.025 / 0.3048), ("in", 0.025 / 0.0254)]
+)
+def test_a_section_of_ltpp_at_full_length(
+    write: Callable[..., Path], xunits: str, step: float
+) -> None:
+    """6295 samples of 25 mm, as its files have; the units of channels and of XUNITS are free."""
+    z = np.round(np.random.default_rng(4).normal(0.0, 5.0, (6295, 3)), 2)  # mm
+    content = LTPP[: LTPP.index("   0.00")].replace("      4,", "   6295,")
+    content = content.replace("0.0250", f"{step:.12g}").replace("XUNITS  m", f"XUNITS  {xunits}")
+    content = content.replace("UNITSNAMmm      mm      mm", "UNITSNAMmm      in      mil")
+    rows = z / [1.0, 25.4, 0.0254]
+    content += "".join("".join(f"{number:12.6f}" for number in row) + "\n" for row in rows)
+    profile = read_profile(write(content))
+    assert profile.x.size == 6295 and profile.is_uniform
+    np.testing.assert_allclose(profile.x, 0.025 * np.arange(6295), rtol=1e-11)
+    for track, expected in zip(("left", "right", "center"), z.T, strict=True):
+        np.testing.assert_allclose(profile.track(track).z, expected * 1e-3, atol=2e-8)
+    source = source_of(profile)
+    assert source.units == (xunits, "mm", "in", "mil")
+    assert source.units_from == ("header",) * 4
+    assert profile.summary()["format"] == "ERD, text numbers"
+    path = write(content[: -len("x" * 36)], "cut.erd")
+    with pytest.raises(FormatError, match=r"cut short: 18882 numbers .* 6295 samples of 3"):
+        read_profile(path)
+
+
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_line_ends_and_the_end_of_file_mark_of_dos(write: Callable[..., Path], end: str) -> None:
     expected = read_profile(write(LTPP))
@@ -393,6 +420,7 @@ def test_the_file_of_binary_numbers_is_blamed(write: Callable[..., Path]) -> Non
     [
         (b"", {}, "line is b''; an ERD file starts"),
         (b"PK\x03\x04" + bytes(50), {}, "an ERD file starts"),
+        (header(1, -1)[:-1], {}, "line 5: cut short: 0 numbers"),
         (b"ERDFILEV2.00\n1, 3", {}, "no line END in the first 17 bytes: .* cut short"),
         (b"ERDFILEV2.00\n" + b"x" * 2_000_000 + b"\nEND\n", {}, "longer than 1000000 bytes"),
         (b"ERDFILEV2.00\nEND\n", {}, "1 numbers; NCHAN"),

@@ -180,6 +180,25 @@ def test_summary_of_a_profile_that_was_made() -> None:
     assert "elevation" not in uniform
 
 
+def test_summary_of_a_profile_from_a_file(write: Callable[..., Path]) -> None:
+    path = write("Road;A12\nx [ft];Bemerkung;links [in];rechts [in]\n0;;1,5;2\n1;a;2;2\n2,5;;1;2\n")
+    profile = read_profile(path)
+    summary = profile.summary()
+    assert list(summary.values())[-6:] == [
+        str(path),
+        "columns of text, semicolon and decimal comma",
+        "3",
+        "x [ft], links [in], rechts [in]",
+        "station ft (the file says), elevation in (the file says)",
+        "resampled, 0.3048 to 0.4572 m apart in the file",
+    ]
+    assert summary["samples"] == "3" and summary["spacing"] == "0.381 m"
+    assert profile.track("right").summary()["columns read"] == "x [ft], rechts [in]"
+    told = read_profile(write("0 1\n1 2\n", "a.txt"), elevation_unit="mm").summary()
+    assert told["units in the file"] == "station m (by default), elevation mm (as told)"
+    assert (told["columns read"], told["stations of the file"]) == ("without names", "as read")
+
+
 # --- generated profiles -----------------------------------------------------------------------
 
 
@@ -357,6 +376,95 @@ def test_columns_are_chosen_by_option(
     assert profile.z.tolist() == [0.005, 0.007] and source_of(profile).columns == (0, 2)
 
 
+@pytest.mark.parametrize(
+    ("content", "header"),
+    [
+        ("Road: A12\nx [ft],z [in]\n0.0,1.0\n1.0,2.0\n", ("x [ft]", "z [in]")),
+        ("Road;A12\n\nDate;12.03.2021\n10:30\nx [ft];z [in]\n0;1,0\n1;2\n", ("x [ft]", "z [in]")),
+        ("Run 3 of 5, wet\nx,z\nft,in\n0.0,1.0\n1.0,2.0\n", ("x", "z")),
+        ("=======\nx\tz\n[ft]\t(in)\n-------\n0\t1\n1\t2\n", ("x", "z")),
+        ("Lane;2\n# c\nx [ft];z;IRI\n;inch;[m/km]\n# c\n0;1;2\n1;2;2\n", ("x [ft]", "z", "IRI")),
+        ("Road A12\n# x [ft] z [in]\n0 1\n1 2\n", ("x [ft]", "z [in]")),
+        ("Units of z: in; see below\nx [ft]  z (in)\n0 1\n1 2\n", ("x [ft]", "z (in)")),
+        ("Lane;1\nStation;Höhe\nft;in\n0;1\n1;2\n", ("Station", "Höhe")),
+        ('"Road","A12"\n"x [ft]","z [in]"\n"0.0","1.0"\n"1.0","2.0"\n', ("x [ft]", "z [in]")),
+        (",x [ft],z [in]\n0,0.0,1.0\n1,1.0,2.0\n", ("", "x [ft]", "z [in]")),
+    ],
+)
+def test_metadata_and_units_above_the_numbers(
+    write: Callable[..., Path], content: str, header: tuple[str, ...]
+) -> None:
+    profile = read_profile(write(content))
+    np.testing.assert_allclose(profile.x, [0.0, 0.3048])
+    np.testing.assert_allclose(profile.z, [0.0254, 0.0508])
+    assert source_of(profile).header == header
+    assert source_of(profile).units_from == ("header", "header")
+
+
+@pytest.mark.parametrize(
+    ("names", "tracks"),
+    [
+        ("Station [m];Höhe links [mm];Höhe rechts [mm]", ["left", "right"]),
+        ("Distance (m);Right Elevation (mm);Left Elevation (mm)", ["left", "right"]),
+        ("Abscisse [m];Altitude trace gauche [mm];Altitude trace droite [mm]", ["left", "right"]),
+        ("Distancia (m);Cota izquierda (mm);Cota derecha (mm)", ["left", "right"]),
+        ("Progressiva [m];Quota sinistra [mm];Quota destra [mm]", ["left", "right"]),
+        ("Afstand [m];Hoogte links [mm];Hoogte rechts [mm]", ["left", "right"]),
+        ("Chainage (m);LWP Elevation (mm);RWP Elevation (mm)", ["left", "right"]),
+        ("x [m];Elevation (left) [mm];Elevation (right) [mm]", ["left", "right"]),
+        ("s [m];Profil links [mm];Mitte [mm]", ["left", "center"]),
+    ],
+)
+def test_languages_of_column_names(
+    write: Callable[..., Path], names: str, tracks: list[str]
+) -> None:
+    profile = read_profile(write(f"{names}\n0,0;1,5;2,5\n0,5;1,0;2,0\n"))
+    assert list(profile.tracks) == tracks
+    numbers = {0.0015, 0.0025}
+    assert {float(z[0]) for z in profile.tracks.values()} == numbers
+    assert source_of(profile).units == ("m", "mm", "mm")
+
+
+def test_side_in_brackets_is_no_unit(write: Callable[..., Path]) -> None:
+    path = write("x,Elevation (left),Elevation (right)\n0.0,0.5,0.4\n1.0,0.5,0.4\n")
+    profile = read_profile(path)
+    assert list(profile.tracks) == ["left", "right"]
+    assert source_of(profile).units_from == ("default",) * 3
+
+
+def test_elevations_without_stations(write: Callable[..., Path]) -> None:
+    """As published at github vsimko/rroad: two drives and their mean, every 0.1 m, in mm."""
+    path = write("drive_1;drive_2;mean\n-0,186;-0,843;-0,5145\n-0,422;-1,102;-0,762\n0;1;2\n")
+    with pytest.raises(FormatError, match=r"which of 3 columns .*; or step= if none has stations"):
+        read_profile(path)
+    with pytest.raises(FormatError, match=r"which of 3 columns \(drive_1, .*are elevations\?"):
+        read_profile(path, step=0.1)
+    options = {"step": 0.1, "elevation_unit": "mm"}
+    one = read_profile(path, columns=["mean"], **options)
+    assert one.x.tolist() == [0.0, 0.1, 0.2]
+    np.testing.assert_allclose(one.z, [-0.5145e-3, -0.762e-3, 2e-3])
+    source = source_of(one)
+    assert (source.columns, source.units) == ((-1, 2), ("m", "mm"))
+    assert (source.units_from, source.stations) == (("option", "option"), "as read")
+    both = read_profile(path, columns=("drive_1", "drive_2"), **options)
+    assert list(both.tracks) == ["drive_1", "drive_2"]
+    assert read_profile(path, columns=(0,), spacing=0.2, **options).x.tolist() == [0.0, 0.2]
+
+    named = write("Höhe rechts [mm]\tHöhe links [mm]\n2\t1\n2\t1\n", "named.txt")
+    assert list(read_profile(named, step=0.25).tracks) == ["left", "right"]
+    for content, more in (("z [mm]\n1,5\n2,5\n", {"decimal": ","}), ("1.5e-3\n2.5e-3\n", {})):
+        alone = read_profile(write(content, "alone.txt"), step=0.25, **more)
+        assert alone.z.tolist() == [0.0015, 0.0025]
+    with pytest.raises(FormatError, match=r"names is 1 .*, of columns below it 2"):
+        read_profile(write("z [mm]\n1,5\n2,5\n", "alone.txt"), step=0.25)
+    with pytest.raises(FormatError, match="step= is given, but 'x' has stations"):
+        read_profile(write("x,z\n0,1\n1,1\n", "x.txt"), step=0.25)
+    with pytest.raises(FormatError, match=r"columns=.* must be elevations"):
+        read_profile(path, columns=(), **options)
+    with pytest.raises(FormatError, match="line 3: elevation 'x' is not a number"):
+        read_profile(write("1.5\n2.5\nx\n", "alone.txt"), step=0.25)
+
+
 def test_skipped_lines_and_name(write: Callable[..., Path]) -> None:
     path = write("Site 12, lane 3\nrun 4 of 5\nx,z\n0,1\n1,1.1\n", "a.dat")
     profile = read_profile(path, skip=2, name="lane 3")
@@ -412,7 +520,20 @@ def test_spacing_of_the_file_by_option_changes_nothing(write: Callable[..., Path
         ("0,1\n1,2\n2.0,1,5\n", 3, "number of columns is 3, in line 1 it is 2"),
         ("0,1\n1,2\n2,1,5\n", 3, "'2,1,5' has several readings"),
         ("0.0,1.0\n1.0,1.0 # joint\n", 2, "elevation '1.0 # joint' is not a number"),
-        ("x,z\nm,mm\n0,1\n", 2, "station 'm' is not a number"),
+        ("x,z\nm,mm\n0,1\n", 3, "one sample; a profile needs at least 2"),
+        ("x,z\nm\n0,1\n1,1\n", 2, "number of units is 1, of columns 2"),
+        ("x [m],z\nft,mm\n0,1\n1,1\n", 2, r"unit 'ft' contradicts that in 'x \[m\]'"),
+        ("x,z\nfoo,1\n1,1\n", 2, "station 'foo' is not a number .* below this line, pass skip="),
+        ("1,z\n1,1\n", 1, "elevation 'z' is not a number .* below this line, pass skip="),
+        ("Run;3\n0,0;1,5\n0,5;1,5\n", 1, "'Run;3' stands above .* not name .* pass skip="),
+        ("x;z\nRun;3;4\n0,0;1,5\n0,5;1,5\n", 2, "'Run;3;4' stands above the numbers"),
+        ("12.03.2021\n0.0 1.5\n0.5 1.5\n", 1, "'12.03.2021' stands above the numbers"),
+        ("s [ft];z [in]\nStart;wet\n0;1\n1;1\n", 2, "'Start;wet' stands above .* skip="),
+        ("s [ft];z [in]\nx;Höhe\n0;1\n1;1\n", 1, "'s .ft.;z .in.' speaks of units"),
+        ("Interval [m];0.5\nx;Höhe\n0;1\n1;1\n", 1, "'Interval .m.;0.5' speaks of units"),
+        ("Units: ft\nx,z\n0.0,1.5\n0.5,1.5\n", 1, r"'Units: ft' speaks of units.*on_unit="),
+        ("# Einheit ft\nx [m],z\n0,1\n1,1\n", 1, "speaks of units.* pass elevation_unit=$"),
+        ("Road;A12\ns;l\nx;z\n1;0\n1;0\n", 5, "station 1.0 does not increase"),
         ("x,z\n1.0,1.0\n", 2, "one sample; a profile needs at least 2"),
         ("1.0\n2.0\n", 1, "'1.0' is one column at delimiter whitespace"),
         ("1,5,2,5\n2,5,3,5\n", 1, r"several readings: .*delimiter=.*decimal="),
@@ -499,6 +620,10 @@ def test_elevations_that_cannot_be_metres_are_refused(write: Callable[..., Path]
         ({"spacing": "mean"}, "spacing must be 'median', 'file' or positive"),
         ({"spacing": 9.0}, "gives 0.1111 steps"),
         ({"skip": -1}, "skip must be at least 0"),
+        ({"skip": "1"}, "skip must be at least 0 lines, got '1'"),
+        ({"step": 0.0}, r"step must be positive \(m\), got 0.0"),
+        ({"step": "1"}, "step must be positive"),
+        ({"step": 1.0, "station_unit": "ft"}, "step is in m, so that station_unit='ft' has no"),
     ],
 )
 def test_options_are_checked(

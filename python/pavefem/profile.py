@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -12,8 +11,6 @@ from typing import Any, Final, Literal, Self, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-from pavefem._files import replacing
 
 ISO8608_CENTRES: Final[dict[str, float]] = {
     "A": 16e-6,
@@ -426,13 +423,14 @@ class Profile:
         ----------
         path : str or os.PathLike
             File to write; an existing one is replaced.
+
+        See Also
+        --------
+        pavefem.formats.text.write_csv : What the file holds.
         """
-        names = [re.sub(r'[][(),;"]', " ", f"{name}_elevation_m") for name in self.tracks]
-        columns = [self.x, *(self.tracks.values() or [self.z])]
-        with replacing(path) as new, new.open("w", encoding="utf-8", newline="\n") as file:
-            file.write(",".join(["station_m", *(names or ["elevation_m"])]) + "\n")
-            rows = zip(*(column.tolist() for column in columns), strict=True)
-            file.writelines(",".join(map(repr, row)) + "\n" for row in rows)
+        from pavefem.formats.text import write_csv
+
+        write_csv(self, path)
 
     def to_erd(self, path: str | os.PathLike[str]) -> None:
         """Write an ERD file, with elevations as text, in m, at full precision.
