@@ -13,6 +13,7 @@
 //! | `Phi`, `Gamma` | state transition and particular response (eqs. 9-12) | | [`transition`] |
 //! | `w`, `theta` | deflection, up positive, and slope | m, 1 | [`response`] |
 //! | `F` | axle force, positive pressing on the road | N | [`vehicle`] |
+//! | IRI | international roughness index | m/km | [`roughness`] |
 //!
 //! Data flows one way: sections make a [`pavement::Strip`], its matrices a [`transition::Transition`],
 //! a [`vehicle::Vehicle`] over a profile makes forces, and [`response::dense::Stepper`] makes
@@ -24,5 +25,6 @@ pub mod error;
 pub mod linalg;
 pub mod pavement;
 pub mod response;
+pub mod roughness;
 pub mod transition;
 pub mod vehicle;

@@ -1,5 +1,5 @@
 //! Published and closed-form answers: the paper's nominal case, a beam on a Winkler bed under a
-//! standing and a moving force, a simply supported beam under a moving force.
+//! standing and a moving force, a simply supported beam under a moving force, the golden car.
 
 // A test says what went wrong by failing.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
@@ -9,6 +9,7 @@ use pavefem_core::asphalt;
 use pavefem_core::linalg::Lu;
 use pavefem_core::pavement::{Bed, Ends, Foundation, Section, Strip, Weights};
 use pavefem_core::response::{Hold, Keep, Loads, Record, Stepper};
+use pavefem_core::roughness::{GoldenCar, iri};
 use pavefem_core::transition::{Form, Transition};
 
 /// Deflections under one axle along a path: `force` (of one wheel track) and `place` by time.
@@ -309,4 +310,48 @@ fn simply_supported_beam_under_a_moving_force() {
     let steps = [5e-3, 2.5e-3, 1.25e-3].map(|dt| error_of(0.3125, dt));
     assert!(steps[2] < 1e-5, "{steps:?}");
     assert!(orders(&steps).iter().all(|order| (1.5..2.5).contains(order)), "{steps:?}");
+}
+
+/// Sayers, Gillespie and Paterson, World Bank Technical Paper 46 (1986), and Sayers, Transportation
+/// Research Record 1501 (1995): the transition matrix and the particular response of the golden car
+/// for samples 0.25 m apart, state (z_s', z_s'', z_u', z_u''). The numbers were computed in single
+/// precision and are held to a few of its roundings: of each entry, and in the particular response,
+/// which is a difference from one, of one.
+#[test]
+fn golden_car_at_a_quarter_of_a_metre() {
+    let phi = [
+        [0.9966071, 0.01091514, -0.002083274, 0.0003190145],
+        [-0.5563044, 0.9438768, -0.8324718, 0.05064701],
+        [0.02153176, 0.002126763, 0.7508714, 0.008221888],
+        [3.335013, 0.3376467, -39.12762, 0.4347564],
+    ];
+    let gamma = [0.005476107, 1.388776, 0.2275968, 35.79262];
+    let car = GoldenCar::new(0.25).unwrap();
+    let rounding = 4.0 * f64::from(f32::EPSILON);
+    for (found, published) in car.phi.as_flattened().iter().zip(phi.as_flattened()) {
+        let error = (found / published - 1.0).abs();
+        assert!(error < rounding, "{found} for {published}, {error:.1e}");
+    }
+    for (found, published) in car.gamma.iter().zip(gamma) {
+        let error = (found - published).abs() / f64::max(1.0, published);
+        assert!(error < rounding, "{found} for {published}, {error:.1e}");
+    }
+}
+
+/// The golden car's gain for a sinusoidal slope, from its two equations of motion solved by hand at
+/// one frequency, and the mean of a rectified sine, 2/pi.
+#[test]
+fn golden_car_over_sinusoids() {
+    for (wavelength, published) in
+        [(2.4, 1.6640), (5.0, 1.1697), (10.0, 1.2597), (15.4, 1.5351), (30.0, 0.4548)]
+    {
+        let wave = 2.0 * std::f64::consts::PI / wavelength;
+        let (spacing, amplitude) = (0.01, 2e-3);
+        let elevations: Vec<f64> = (0..200_000)
+            .map(|i| amplitude / wave * (wave * spacing * f64::from(i)).sin())
+            .collect();
+        let found = iri(&elevations, spacing, false, Some(1000.0), &mut |_, _| true).unwrap();
+        let gain = found[1] / (1e3 * amplitude * 2.0 / std::f64::consts::PI);
+        assert!((gain / published - 1.0).abs() < 1e-3, "{wavelength} m: {gain} for {published}");
+    }
 }

@@ -11,6 +11,7 @@ use pavefem_core::error::{Error, Result};
 use pavefem_core::linalg::DMatrix;
 use pavefem_core::pavement::{Bed, Ends, Foundation, Section, Strip, Weights};
 use pavefem_core::response::{Hold, Keep, Loads, Record, Stepper};
+use pavefem_core::roughness::{BASE, START, iri};
 use pavefem_core::transition::{Form, System, Transition};
 use pavefem_core::vehicle::{
     Body, Friction, GRAVITY, Interpolation, Point, Profile, Run, Spring, Tire, Vehicle,
@@ -596,6 +597,72 @@ fn on_a_long_ramp_the_forces_settle() {
     }
 }
 
+// --- roughness ------------------------------------------------------------------------------
+
+fn index(z: &[f64], spacing: f64, moving_average: bool, segment: Option<f64>) -> Vec<f64> {
+    iri(z, spacing, moving_average, segment, &mut |_, _| true).unwrap()
+}
+
+#[test]
+fn a_plane_road_has_no_index_on_any_grade() {
+    for (spacing, moving_average) in [(0.05, true), (0.05, false), (0.25, true), (0.3048, true)] {
+        let z: Vec<f64> = (0..2000).map(|i| 583.0 - 0.08 * spacing * f64::from(i)).collect();
+        let found = index(&z, spacing, moving_average, None)[0];
+        assert!(found < 1e-7, "{found} m/km every {spacing} m");
+    }
+}
+
+/// Segments of unequal numbers of steps, a shorter one at the end, average to the whole.
+#[test]
+fn segments_average_to_the_whole_and_scale_with_the_elevations() {
+    let (spacing, segment) = (0.07, 10.0);
+    let (_, z) = rough(1501, spacing);
+    let base = 4;
+    let (whole, found) =
+        (index(&z, spacing, true, None)[0], index(&z, spacing, true, Some(segment)));
+    assert_eq!(found.len(), 11);
+    let steps = z.len() - base;
+    let of = |number: f64| ((number * segment / spacing).ceil() as usize).min(steps);
+    let count = |number: usize| of(number as f64 + 1.0) - of(number as f64);
+    let mean = found.iter().enumerate().map(|(i, one)| count(i) as f64 * one).sum::<f64>();
+    assert!((mean / steps as f64 / whole - 1.0).abs() < 1e-12);
+    let double: Vec<f64> = z.iter().map(|z| -2.0 * z).collect();
+    let doubled = index(&double, spacing, true, Some(segment));
+    for (one, two) in found.iter().zip(doubled) {
+        assert!((two / one - 2.0).abs() < 1e-12);
+    }
+}
+
+/// E1926 averages by taking the slope of a chord. That is the slope from sample to sample of the
+/// mean of as many elevations. The road is level where the car starts, and halves go up: 0.1 m
+/// takes 3 samples, also where the spacing is rounded.
+#[test]
+fn the_chord_is_the_slope_of_the_moving_average() {
+    for (spacing, base) in [(0.05, 5), (0.0999999999, 3), (0.1, 3), (0.1000000001, 3), (0.2, 1)] {
+        let (_, mut z) = rough(1000, spacing);
+        z[..=((START + BASE) / spacing).ceil() as usize].fill(0.0);
+        let mean: Vec<f64> =
+            z.windows(base).map(|window| window.iter().sum::<f64>() / base as f64).collect();
+        let (chord, averaged) =
+            (index(&z, spacing, true, None), index(&mean, spacing, false, None));
+        assert!((chord[0] / averaged[0] - 1.0).abs() < 1e-11, "{spacing} m");
+    }
+}
+
+#[test]
+fn a_rest_without_a_whole_base_is_no_segment() {
+    let (_, z) = rough(2002, 0.05);
+    assert_eq!(index(&z, 0.05, true, Some(100.0)).len(), 1);
+    assert_eq!(index(&z, 0.05, false, Some(100.0)).len(), 2);
+}
+
+#[test]
+fn the_golden_car_can_be_stopped() {
+    let (_, z) = rough(5000, 0.25);
+    let stopped = iri(&z, 0.25, true, Some(100.0), &mut |step, _| step < 2048);
+    assert_eq!(stopped, Err(Error::Stopped { step: 2048, steps: 4999 }));
+}
+
 // --- any input ------------------------------------------------------------------------------
 
 /// Anything a caller may pass for a number that should be near `size`.
@@ -815,6 +882,19 @@ proptest! {
         {
             prop_assert_eq!(forces.len(), steps + 1);
             prop_assert!(forces.iter().all(|force| force.is_finite()), "{:?}", forces);
+        }
+    }
+
+    #[test]
+    fn any_index(
+        z in prop::collection::vec(wild(1e-2), 0..60),
+        spacing in wild(0.2),
+        moving_average in any::<bool>(),
+        segment in prop::option::of(wild(2.0)),
+    ) {
+        if let Ok(found) = iri(&z, spacing, moving_average, segment, &mut |_, _| true) {
+            prop_assert!(!found.is_empty());
+            prop_assert!(found.iter().all(|one| one.is_finite() && *one >= 0.0), "{:?}", found);
         }
     }
 
