@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 __all__ = [
     "DENSE_LIMIT",
     "GRAVITY",
+    "IRI_BASE",
+    "IRI_START",
     "TIRE_PRINT",
     "TRACK_SHARE",
     "SimplySupportedBeam",
@@ -19,11 +21,14 @@ __all__ = [
     "WinklerBeam",
     "binder_stiffness",
     "fleet_forces",
+    "iri",
     "mix_modulus",
 ]
 
 DENSE_LIMIT: Final[int]
 GRAVITY: Final[float]
+IRI_BASE: Final[float]
+IRI_START: Final[float]
 TIRE_PRINT: Final[float]
 TRACK_SHARE: Final[float]
 
@@ -37,6 +42,9 @@ def binder_stiffness(
     penetration_index: _Array,
 ) -> _Array: ...
 def mix_modulus(binder_stiffness: _Array, vma: _Array) -> _Array: ...
+def iri(
+    elevations: _Array, spacing: float, moving_average: bool, segment: float | None = None
+) -> _Array: ...
 
 @final
 class Strip:

@@ -7,6 +7,7 @@ mod asphalt;
 mod beams;
 mod convert;
 mod pavement;
+mod roughness;
 mod vehicle;
 mod watch;
 
@@ -21,12 +22,18 @@ mod _core {
     #[pymodule_export]
     use crate::pavement::{Stepper, Strip, Transition};
     #[pymodule_export]
+    use crate::roughness::iri;
+    #[pymodule_export]
     use crate::vehicle::{Vehicle, fleet_forces};
 
     #[pymodule_export]
     const GRAVITY: f64 = pavefem_core::vehicle::GRAVITY;
     #[pymodule_export]
     const DENSE_LIMIT: usize = pavefem_core::transition::DENSE_LIMIT;
+    #[pymodule_export]
+    const IRI_BASE: f64 = pavefem_core::roughness::BASE;
+    #[pymodule_export]
+    const IRI_START: f64 = pavefem_core::roughness::START;
     #[pymodule_export]
     const TIRE_PRINT: f64 = pavefem_core::asphalt::TIRE_PRINT;
     #[pymodule_export]
