@@ -19,7 +19,7 @@ Examples
 
 from importlib.metadata import version
 
-from pavefem import analytical, vehicles
+from pavefem import analytical, roughness, vehicles
 from pavefem.asphalt import Asphalt
 from pavefem.errors import FormatError, PavefemError, SolverError, ValidityWarning
 from pavefem.fleet import fleet_forces
@@ -61,6 +61,7 @@ __all__ = [
     "fleet_forces",
     "load_result",
     "read_profile",
+    "roughness",
     "run",
     "simulate",
     "tire_forces",

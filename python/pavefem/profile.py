@@ -210,6 +210,7 @@ class Profile:
         n_min: float = 0.011,
         n_max: float = 2.83,
         waviness: float = 2.0,
+        track_width: float | None = None,
     ) -> Self:
         """Random profile with the displacement PSD of an ISO 8608 road class.
 
@@ -219,6 +220,11 @@ class Profile:
         the samples, so that the band is also restricted to waves no longer than the profile and
         longer than two spacings. G_d(n0) is the centre of the class (16e-6 m^3 for A, four times
         more from each class to the next), not its upper limit.
+
+        With `track_width` there are two tracks, ``"left"`` (the profile without it) and
+        ``"right"``, as far apart on a surface alike in all directions. Both have the PSD of the
+        class; the phases of their waves differ by normal numbers of the variance ``-2 ln g``, whose
+        cosines average to the coherence g of such tracks (`pavefem.roughness.track_coherence`).
 
         Parameters
         ----------
@@ -233,7 +239,9 @@ class Profile:
         n_min, n_max : float, optional
             Band of spatial frequency, cycle/m; the default is the one of ISO 8608 for roads.
         waviness : float, optional
-            Exponent w of the PSD.
+            Exponent w of the PSD; above 0 for two tracks.
+        track_width : float, optional
+            Distance between two tracks, m.
 
         Returns
         -------
@@ -260,12 +268,23 @@ class Profile:
                 f"{length} m every {spacing} m holds waves from {dn:.4g} cycle/m up to "
                 f"{0.5 / spacing:.4g} cycle/m (not included)"
             )
-        phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, np.count_nonzero(in_band))
+        random = np.random.default_rng(seed)
+        phase = random.uniform(0.0, 2.0 * np.pi, np.count_nonzero(in_band))
         amplitude = np.sqrt(2.0 * gd_n0 * (n[in_band] / ISO8608_N0) ** -waviness * dn)
-        spectrum = np.zeros(x.size // 2 + 1, dtype=np.complex128)
-        spectrum[: wave.size][in_band] = 0.5 * x.size * amplitude * np.exp(1j * phase)
-        z = np.fft.irfft(spectrum, n=x.size)
-        return cls(x, z, name=f"ISO 8608 class {road_class}, seed {seed}")
+
+        def elevations(phase: NDArray[np.float64]) -> NDArray[np.float64]:
+            spectrum = np.zeros(x.size // 2 + 1, dtype=np.complex128)
+            spectrum[: wave.size][in_band] = 0.5 * x.size * amplitude * np.exp(1j * phase)
+            return np.fft.irfft(spectrum, n=x.size)
+
+        z, tracks = elevations(phase), {}
+        if track_width is not None:
+            from pavefem.roughness import track_coherence
+
+            coherence = np.maximum(track_coherence(n[in_band], track_width, waviness), 1e-300)
+            shift = np.sqrt(-2.0 * np.log(coherence)) * random.standard_normal(phase.size)
+            tracks = {"left": z, "right": elevations(phase + shift)}
+        return cls(x, z, name=f"ISO 8608 class {road_class}, seed {seed}", tracks=tracks)
 
     @property
     def length(self) -> float:
@@ -354,6 +373,36 @@ class Profile:
             )
         tracks = {name: z[kept] for name, z in self.tracks.items()}
         return replace(self, x=self.x[kept], z=self.z[kept], tracks=tracks)
+
+    def iri(self, *, moving_average: bool = True) -> float:
+        """International roughness index, in m/km; of the first track where there are several.
+
+        Parameters
+        ----------
+        moving_average : bool, optional
+            Whether elevations are averaged over 0.25 m, where they are less than 0.167 m apart.
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        ValueError
+            If stations are irregular, more than 11 m apart, or fewer than the average takes.
+
+        Warns
+        -----
+        ValidityWarning
+            For stations more than 0.25 m apart, and for a profile shorter than 11 m.
+
+        See Also
+        --------
+        pavefem.roughness.iri : Of segments and of each track, and how it is defined.
+        """
+        from pavefem.roughness import iri
+
+        return float(iri(replace(self, tracks={}), moving_average=moving_average))
 
     def track(self, name: str) -> Self:
         """One of several tracks, as a profile of its own.
