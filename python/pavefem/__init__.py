@@ -19,7 +19,7 @@ Examples
 
 from importlib.metadata import version
 
-from pavefem import analytical, roughness, vehicles
+from pavefem import analytical, metrics, roughness, vehicles
 from pavefem.asphalt import Asphalt
 from pavefem.errors import FormatError, PavefemError, SolverError, ValidityWarning
 from pavefem.fleet import fleet_forces
@@ -60,6 +60,7 @@ __all__ = [
     "analytical",
     "fleet_forces",
     "load_result",
+    "metrics",
     "read_profile",
     "roughness",
     "run",
