@@ -18,16 +18,18 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 from oracle import Array
 from scipy.interpolate import interp1d
 
 import pavefem as pf
-from pavefem import metrics
+from pavefem import metrics, plotting
 
 NAN, INF = float("nan"), float("inf")
 
@@ -830,3 +832,99 @@ TABLE: list[tuple[str, Call, str]] = [
 def test_bad_input(call: Call, fragment: str) -> None:
     with pytest.raises(ValueError, match=re.escape(fragment)):
         call()
+
+
+# --- plots --------------------------------------------------------------------------------------
+
+
+def saved(figure: Figure, path: Path) -> bytes:
+    figure.savefig(path, dpi=50)
+    return path.read_bytes()
+
+
+def test_bars_are_the_coefficients(tmp_path: Path) -> None:
+    coefficients = metrics.dlc(one_of_each())
+    figure = plotting.plot_dlc(coefficients)
+    (axes,) = figure.axes
+    heights = [[bar.get_height() for bar in bars] for bars in axes.containers]
+    np.testing.assert_array_equal(heights, coefficients)
+    places = [bar.get_x() + bar.get_width() / 2 for bar in axes.containers[0]]
+    np.testing.assert_allclose(np.diff(places), 1.0)
+    legend = axes.get_legend()
+    assert legend is not None
+    assert [text.get_text() for text in legend.get_texts()] == ["V0", "V1"]
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["1", "2", "3"]
+    assert saved(figure, tmp_path / "dlc.png").startswith(b"\x89PNG")
+
+
+def test_bars_of_one_vehicle_need_no_legend() -> None:
+    (axes,) = plotting.plot_dlc(metrics.dlc(run(wave(0.2), wave(0.1)))).axes
+    assert len(axes.patches) == 2
+    assert axes.get_legend() is None
+
+
+def test_boxes_of_a_large_fleet(tmp_path: Path) -> None:
+    vehicles = fleet(*(run(wave(0.01 * (i + 1)), wave(0.2)) for i in range(9)))
+    figure = plotting.plot_dlc(metrics.dlc(vehicles))
+    (axes,) = figure.axes
+    assert axes.get_title() == "Dynamic load coefficient of 9 vehicles"
+    lines = [np.asarray(line.get_ydata()) for line in axes.lines]
+    level = [y[0] for y in lines if y.size == 2 and y[0] == y[1]]
+    assert any(y == pytest.approx(0.05 / np.sqrt(2.0)) for y in level)  # the median of axle 1
+    assert saved(figure, tmp_path / "boxes.png").startswith(b"\x89PNG")
+
+
+def test_aggregate_force_with_its_percentile(tmp_path: Path) -> None:
+    found = metrics.aggregate_force(run(wave(0.3), wave(0.3)), WAVES)
+    figure = plotting.plot_aggregate_force(found)
+    (axes,) = figure.axes
+    along, percentile, static = axes.lines
+    np.testing.assert_array_equal(np.asarray(along.get_xdata()), WAVES)
+    np.testing.assert_array_equal(np.asarray(along.get_ydata()), found["ratio"])
+    level = float(found["percentile_95"] / found["static"])
+    assert np.asarray(percentile.get_ydata()) == pytest.approx(level)
+    assert percentile.get_label() == f"95th percentile {level:.2f}"
+    assert np.asarray(static.get_ydata()) == pytest.approx(1.0)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("station [m]", "dynamic sum / static sum")
+    assert saved(figure, tmp_path / "aggregate.png").startswith(b"\x89PNG")
+    several = plotting.plot_aggregate_force(metrics.aggregate_force(one_of_each(), WAVES))
+    assert [line.get_label() for line in several.axes[0].lines[::2]] == ["V0", "V1", "static loads"]
+
+
+def test_matrix_of_repeatability(tmp_path: Path) -> None:
+    matrix = metrics.spatial_repeatability(one_of_each(), stations=WAVES)
+    figure = plotting.plot_spatial_repeatability(matrix)
+    axes = figure.axes[0]
+    np.testing.assert_allclose(np.asarray(axes.images[0].get_array()), matrix)
+    assert [text.get_text() for text in axes.texts] == [f"{v:.2f}" for v in np.ravel(matrix)]
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["V0", "V1"]
+    assert saved(figure, tmp_path / "sri.png").startswith(b"\x89PNG")
+    many = fleet(*(run(wave(0.1, 0.2 * i)) for i in range(15)))
+    axes = plotting.plot_spatial_repeatability(
+        metrics.spatial_repeatability(many, stations=WAVES)
+    ).axes[0]
+    assert not axes.texts
+    assert [label.get_text() for label in axes.get_xticklabels()] == [
+        f"V{i}" for i in range(0, 15, 2)
+    ]
+
+
+def test_plots_leave_the_current_figure_alone() -> None:
+    before = plt.get_fignums()
+    vehicles = one_of_each()
+    plotting.plot_dlc(metrics.dlc(vehicles))
+    plotting.plot_aggregate_force(metrics.aggregate_force(vehicles))
+    plotting.plot_spatial_repeatability(metrics.spatial_repeatability(vehicles))
+    assert plt.get_fignums() == before
+
+
+def test_plots_need_what_they_draw() -> None:
+    vehicles = fleet(*(run(wave(0.1, 0.2 * i)) for i in range(7)))
+    with pytest.raises(ValueError, match="dlc must be labelled by axle, or by vehicle and axle"):
+        plotting.plot_dlc(vehicles["tire_force"])
+    with pytest.raises(ValueError, match=r"as metrics\.aggregate_force gives it"):
+        plotting.plot_aggregate_force(vehicles)
+    with pytest.raises(ValueError, match=r"7 vehicles are too many for one picture.* is 6"):
+        plotting.plot_aggregate_force(metrics.aggregate_force(vehicles))
+    with pytest.raises(ValueError, match="sri must be labelled by vehicle and other"):
+        plotting.plot_spatial_repeatability(metrics.dlc(vehicles))

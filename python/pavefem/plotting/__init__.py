@@ -1,0 +1,28 @@
+"""Figures for a report: deflections in mm, forces in kN, places in m.
+
+Figures are made without touching the current one; ``figure.savefig(path)`` writes them.
+"""
+
+from pavefem.plotting.metrics import plot_aggregate_force, plot_dlc, plot_spatial_repeatability
+from pavefem.plotting.profile import plot_iri, plot_profile, plot_psd
+from pavefem.plotting.result import (
+    draw_envelope,
+    draw_forces,
+    draw_history,
+    draw_worst_instant,
+    plot_result,
+)
+
+__all__ = [
+    "draw_envelope",
+    "draw_forces",
+    "draw_history",
+    "draw_worst_instant",
+    "plot_aggregate_force",
+    "plot_dlc",
+    "plot_iri",
+    "plot_profile",
+    "plot_psd",
+    "plot_result",
+    "plot_spatial_repeatability",
+]
