@@ -79,7 +79,7 @@ def test_a_fleet_is_its_vehicles(
 def test_axles_that_are_not_there_are_nan(fleet: list[pf.Vehicle], profile: pf.Profile) -> None:
     dataset = pf.fleet_forces(fleet, profile, 80.0, stations=[50.0])
     missing = np.array([[len(v.tires) <= axle for axle in range(3)] for v in fleet])
-    for name in ("static_load", "mean_force", "std_force", "lift_off_instants", "axle_position"):
+    for name in ("static_load", "mean_force", "std_force", "lift_off_instants", "axle_offset"):
         np.testing.assert_array_equal(np.isnan(dataset[name]), missing)
     np.testing.assert_array_equal(np.isnan(dataset["station_force"][:, 0]), missing)
 

@@ -78,7 +78,7 @@ def fleet_forces(
         `static_load`, `mean_force`, `std_force`, `min_force`, `max_force` (N) and
         `lift_off_instants`, of (vehicle, axle); `station_force` (N) of (vehicle, station, axle)
         and `tire_force` (N) of (vehicle, time, axle), if kept; coordinates `vehicle_name`,
-        `speed_kmh` of (vehicle) and `axle_position` (m behind the front axle) of (vehicle, axle).
+        `speed_kmh` of (vehicle) and `axle_offset` (m behind the front axle) of (vehicle, axle).
         NaN stands for an axle that a vehicle has not, and for the time after it has left the
         profile.
 
@@ -139,7 +139,7 @@ def fleet_forces(
             "axle": ("axle", np.arange(1, axles + 1)),
             "vehicle_name": ("vehicle", [vehicle.name for vehicle in vehicles]),
             "speed_kmh": ("vehicle", np.array(speeds), {"units": "km/h"}),
-            "axle_position": (
+            "axle_offset": (
                 ("vehicle", "axle"),
                 _stack([vehicle.axle_positions for vehicle in vehicles], (axles,)),
                 {"units": "m", "long_name": "place of an axle behind the front axle"},

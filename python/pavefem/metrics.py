@@ -30,7 +30,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from pavefem.forces import TireForces
-from pavefem.profile import MAX_SAMPLES, _finite_vector
+from pavefem.profile import MAX_SAMPLES, finite_vector
 from pavefem.result import Result
 from pavefem.vehicle import Vehicle
 
@@ -44,6 +44,7 @@ axle hopping at 15 Hz leaves on the road at 80 km/h is six times as long."""
 _VARIABLES: Final = {
     "tire_force": ("N", ("time", "axle")),
     "axle_position": ("m", ("time", "axle")),
+    "axle_offset": ("m", ("axle",)),
     "static_load": ("N", ("axle",)),
     "mean_force": ("N", ("axle",)),
     "std_force": ("N", ("axle",)),
@@ -703,7 +704,7 @@ def _raised(values: xr.DataArray, power: float, name: str) -> xr.DataArray:
 
 
 def _stations(name: str, stations: ArrayLike) -> NDArray[np.float64]:
-    places = _finite_vector(name, stations)
+    places = finite_vector(name, stations)
     if places.size == 0:
         raise ValueError(f"{name} is empty: must hold at least one place, m")
     if not (np.diff(places) > 0.0).all():
@@ -715,7 +716,7 @@ def _stations(name: str, stations: ArrayLike) -> NDArray[np.float64]:
 
 
 def _kept_at_stations(dataset: xr.Dataset) -> bool:
-    return "station_force" in dataset and "tire_force" not in dataset
+    return "station_force" in dataset
 
 
 def _default_stations(*datasets: xr.Dataset) -> NDArray[np.float64]:
@@ -751,7 +752,7 @@ def _slack(stations: NDArray[np.float64]) -> float:
 
 def _nearest(kept: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.intp]:
     """Find stations among those at which forces are known."""
-    index = np.array([np.abs(kept - place).argmin() for place in wanted])
+    index = np.searchsorted(0.5 * (kept[1:] + kept[:-1]), wanted)
     missing = np.abs(kept[index] - wanted) > _slack(wanted)
     if missing.any():
         raise ValueError(
@@ -791,9 +792,15 @@ def _groups(
 ) -> xr.DataArray:
     """Group of each axle that is there."""
     if groups is None:
-        if "axle_position" not in dataset:
-            raise ValueError("the dataset has no axle_position: give groups, as from axle_groups")
-        groups = axle_groups(_history(dataset, static, "axle_position").isel(time=0, drop=True))
+        if "axle_offset" in dataset.coords:
+            groups = axle_groups(_variable(dataset, "axle_offset"))
+        elif "axle_position" in dataset:
+            groups = axle_groups(_history(dataset, static, "axle_position").isel(time=0, drop=True))
+        else:
+            raise ValueError(
+                "the dataset has neither axle_offset nor axle_position: give groups, as from "
+                "axle_groups"
+            )
     numbers = _by_axle("groups", groups, "1")
     if not isinstance(groups, xr.DataArray):
         numbers = numbers.drop_vars("axle")  # as many as the static loads, whatever their labels

@@ -161,7 +161,7 @@ class Profile:
         source: ProfileSource | None = None,
         tracks: Mapping[str, ArrayLike] | None = None,
     ) -> None:
-        stations, elevations = _finite_vector("x", x), _finite_vector("z", z)
+        stations, elevations = finite_vector("x", x), finite_vector("z", z)
         if stations.size != elevations.size:
             raise ValueError(
                 f"x has {stations.size} values and z has {elevations.size}; "
@@ -536,7 +536,7 @@ def uniform_grid(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.linspace(x[0], x[-1], x.size, dtype=np.float64)
 
 
-def _finite_vector(name: str, values: ArrayLike) -> NDArray[np.float64]:
+def finite_vector(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Copy of `values` as a 1-D float64 array; ValueError unless they are real and finite."""
     try:
         array = np.asarray(values)
@@ -563,7 +563,7 @@ def _checked_tracks(
     for name, values in tracks.items():
         if not (isinstance(name, str) and name.isprintable() and name.strip() == name != ""):
             raise ValueError(f"name of a track must be printable text, got {name!r}")
-        vector = _finite_vector(f"track {name!r}", values)
+        vector = finite_vector(f"track {name!r}", values)
         if vector.size != first.size:
             raise ValueError(
                 f"track {name!r} has {vector.size} values and z has {first.size}; "

@@ -127,8 +127,8 @@ def plot_spatial_repeatability(sri: xr.DataArray) -> Figure:
     axes.set_yticks(ticks, names[::every])
     if every == 1:
         for (row, column), value in np.ndenumerate(matrix):
-            colour = "white" if abs(value) > 0.6 else "black"
-            axes.text(column, row, f"{value:.2f}", color=colour, ha="center", va="center")
+            ink = "white" if abs(value) > 0.6 else "black"
+            axes.text(column, row, f"{value:.2f}", color=ink, ha="center", va="center")
     axes.set(title="Spatial repeatability index", xlabel="vehicle", ylabel="vehicle")
     plt.close(figure)
     return figure
@@ -144,4 +144,5 @@ def _rows(name: str, values: xr.DataArray, along: str) -> xr.DataArray:
 
 
 def _name(row: xr.DataArray) -> str:
-    return str(row["vehicle"].item()) if "vehicle" in row.coords else "vehicle"
+    names = [row[name].item() for name in ("vehicle_name", "vehicle") if name in row.coords]
+    return str(names[0]) if names else "vehicle"
