@@ -147,3 +147,26 @@ def test_what_is_refused(profile: pf.Profile, options: dict[str, Any], fragment:
     with pytest.raises(ValueError) as caught:  # noqa: PT011 - the message is checked below
         pf.fleet_forces(**values | options)
     assert fragment in str(caught.value)
+
+
+def test_load_measures_of_a_fleet_are_those_of_its_vehicles(
+    fleet: list[pf.Vehicle], profile: pf.Profile
+) -> None:
+    stations = np.arange(25.0, 80.0, 0.25)
+    dataset = pf.fleet_forces(fleet, profile, SPEEDS, run_in=20.0, stations=stations)
+    coefficients = pf.metrics.dlc(dataset)
+    sharing = pf.metrics.load_sharing(dataset)
+    aggregate = pf.metrics.aggregate_force(dataset)
+    repeatability = pf.metrics.spatial_repeatability(dataset)
+    for number, (vehicle, speed) in enumerate(zip(fleet, SPEEDS, strict=True)):
+        alone = pf.tire_forces(vehicle, profile, speed, run_in=20.0)
+        axles = slice(len(vehicle.tires))
+        one = {"vehicle": number, "axle": axles}
+        np.testing.assert_allclose(coefficients.isel(one), pf.metrics.dlc(alone), rtol=1e-9)
+        np.testing.assert_allclose(sharing.isel(one), pf.metrics.load_sharing(alone), rtol=1e-9)
+        by_itself = pf.metrics.aggregate_force(alone, stations)
+        np.testing.assert_allclose(
+            aggregate["ratio"].isel(vehicle=number), by_itself["ratio"], rtol=1e-9
+        )
+    assert repeatability.sizes == {"vehicle": 7, "other": 7}
+    np.testing.assert_allclose(np.diag(repeatability), 1.0, rtol=1e-12)

@@ -811,7 +811,7 @@ TABLE: list[tuple[str, Call, str]] = [
     ("groups within nothing", lambda: metrics.axle_groups([0.0, 1.0], within=0.0),
      "within = 0 m: must be finite and above 0"),
     ("groups of a fleet that has no places", lambda: metrics.load_sharing(kept()),
-     "the dataset has no axle_position: give groups, as from axle_groups"),
+     "the dataset has neither axle_offset nor axle_position: give groups, as from axle_groups"),
     ("too few groups", lambda: metrics.load_sharing(dataset(), [1]),
      "groups are of {'axle': 1}, static_load of {'axle': 2}"),
     ("groups of other vehicles", lambda: metrics.load_sharing(kept(), xr.DataArray(
