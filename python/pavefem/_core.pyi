@@ -18,6 +18,7 @@ __all__ = [
     "Strip",
     "Transition",
     "Vehicle",
+    "Window",
     "WinklerBeam",
     "binder_stiffness",
     "fleet_forces",
@@ -99,6 +100,27 @@ class Stepper:
         stations: _Array,
         every: int,
     ) -> Stepper: ...
+    def run(
+        self, positions: _Array, forces: _Array, progress: _Progress | None = None
+    ) -> tuple[_Array, _Array, _Array, NDArray[np.uint64]]: ...
+
+@final
+class Window:
+    def __new__(
+        cls,
+        sections: _Array,
+        element_length: float,
+        foundation: str,
+        ends: str,
+        dt: float,
+        weights: str,
+        hold: str,
+        nodes: bool,
+        stations: _Array,
+        every: int,
+    ) -> Window: ...
+    @property
+    def nodes(self) -> _Array: ...
     def run(
         self, positions: _Array, forces: _Array, progress: _Progress | None = None
     ) -> tuple[_Array, _Array, _Array, NDArray[np.uint64]]: ...

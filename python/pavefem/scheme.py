@@ -28,6 +28,10 @@ class Scheme(Model):
     (second order)."""
     dt: Positive = 1e-3
     """Time step, s."""
+    solver: Literal["dense", "window"] = "dense"
+    """The whole road by its transition matrix, exact in time for such nodal forces, up to some
+    500 m; or a window that moves with the vehicle, by a two-stage method of second order, for any
+    length."""
 
     @classmethod
     def paper(cls, **changes: Any) -> Self:

@@ -158,11 +158,11 @@ def _check_size(scenario: Scenario, stations: int, nodes: bool, every: int) -> N
     """Refuse, before any work, a mesh or histories that no memory holds."""
     road, scheme = scenario.road, scenario.scheme
     elements = sum(section.length / scheme.element_length for section in road.sections)
-    if not 2.0 * elements < _core.DENSE_LIMIT + 4.0:
+    if scheme.solver == "dense" and not 2.0 * elements < _core.DENSE_LIMIT + 4.0:
         raise ValueError(
             f"a road of {road.length:g} m in elements of {scheme.element_length:g} m has "
             f"{2.0 * elements:.4g} unknowns; with dense matrices the limit is {_core.DENSE_LIMIT}: "
-            "use a shorter road or longer elements"
+            'use a Scheme with solver="window", a shorter road or longer elements'
         )
     steps = (road.length + scenario.vehicle.length) / (float(kmh(scenario.speed_kmh)) * scheme.dt)
     columns = stations + (elements if nodes else 0.0)
@@ -187,11 +187,15 @@ def _check_keep(keep: Keep) -> Sequence[Quantity]:
 
 def _stepper(
     scenario: Scenario, nodes: bool, stations: np.ndarray, every: int, cache: bool
-) -> tuple[_core.Stepper, np.ndarray]:
+) -> tuple[_core.Stepper | _core.Window, np.ndarray]:
     """Prepare the road for stepping, or take what a run before has prepared; and its nodes."""
     road, scheme = scenario.road, scenario.scheme
     table = road.table(scenario.temperature_c, scenario.speed_kmh)
     mesh = (scheme.element_length, scheme.foundation, road.ends)
+    if scheme.solver == "window":
+        kept = (nodes, stations, every)
+        window = _core.Window(table, *mesh, scheme.dt, scheme.weights, scheme.hold, *kept)
+        return window, window.nodes
     strip = _core.Strip(table, *mesh)
     x = strip.nodes
     key = digest(table, mesh, scheme.dt)

@@ -101,11 +101,75 @@ impl WinklerBeam {
             let power = |i: usize| s.powu(i as u32 - 1) * (i as f64 * coefficients[i]);
             (1..coefficients.len()).map(power).sum::<Complex<f64>>()
         };
-        let roots = roots(&coefficients)
+        let roots = roots(&coefficients.map(Complex::from))
             .into_iter()
             .map(|s| (s * l, Complex::from(l) / derivative(s)))
             .collect();
         Ok(MovingLoad { roots })
+    }
+}
+
+/// Frequencies at which a tire force varies, Hz: not at all, with the body, with the axle's hop.
+const FREQUENCIES: [f64; 4] = [0.0, 2.0, 8.0, 16.0];
+
+impl WinklerBeam {
+    /// How far ahead of a moving force, and behind it, the deflection is more than a part
+    /// `tolerance` of that under it, m; infinite where nothing damps it out.
+    ///
+    /// Of a force that varies as `e^(i o t)`, from the slowest roots `s`, ahead and behind, of
+    /// `EI s^4 + c_EI s^4 d + m d^2 + c d + k = 0` with `d = i o - v s`.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::error::Error::Invalid) for a property or speed out of range.
+    pub fn reach(&self, speed: f64, tolerance: f64) -> Result<[f64; 2]> {
+        self.check()?;
+        not_negative("speed", speed, "m/s")?;
+        let (v, l) = (speed, self.decay());
+        let mut reach = [0.0_f64; 2];
+        for frequency in FREQUENCIES {
+            let d = Complex::new(0.0, std::f64::consts::TAU * frequency);
+            let real = Complex::from;
+            let coefficients = [
+                d * d * self.mass + d * self.damping + self.stiffness,
+                -(d * (2.0 * self.mass) + self.damping) * v * l,
+                real(self.mass * v * v * l * l),
+                real(0.0),
+                (d * self.bending_damping + self.bending_stiffness) * l.powi(4),
+                real(-v * self.bending_damping * l.powi(5)),
+            ];
+            for s in roots(&coefficients) {
+                let side = usize::from(s.re > 0.0);
+                reach[side] = reach[side].max(-tolerance.ln() / (s.re.abs() * l));
+            }
+        }
+        // A root that rounding alone keeps from the imaginary axis decays nowhere.
+        Ok(reach.map(|length| if length * l < 1e6 { length } else { f64::INFINITY }))
+    }
+
+    /// How long a deflection lasts until it is no more than a part `tolerance` of that under a
+    /// force, s; infinite where nothing damps it out.
+    ///
+    /// A wave of the wave number `q` has a share `k / (k + EI q^4)` of the static deflection and the
+    /// slowest root of `m s^2 + (c + c_EI q^4) s + k + EI q^4 = 0` as its decay.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::error::Error::Invalid) for a property out of range.
+    pub fn memory(&self, tolerance: f64) -> Result<f64> {
+        self.check()?;
+        let waves = 400;
+        let lasts = |i: i32| {
+            // Shares from one down to the tolerance.
+            let share = tolerance.powf(f64::from(i) / f64::from(waves));
+            let stiffness = self.stiffness / share;
+            let bending = (stiffness - self.stiffness) / self.bending_stiffness;
+            let half = 0.5 * (self.damping + self.bending_damping * bending) / self.mass;
+            let square = stiffness / self.mass;
+            let rest = half * half - square;
+            // The product of the roots is `square`; their difference would lose its digits.
+            let decay = if rest > 0.0 { square / (half + rest.sqrt()) } else { half };
+            (share / tolerance).ln() / decay
+        };
+        Ok((0..waves).map(lasts).fold(0.0, f64::max))
     }
 }
 
@@ -144,14 +208,14 @@ impl MovingLoad {
 }
 
 /// Roots of `sum c_i s^i`, by the simultaneous iteration of Durand and Kerner.
-fn roots(coefficients: &[f64]) -> Vec<Complex<f64>> {
-    let largest = coefficients.iter().fold(0.0_f64, |largest, c| largest.max(c.abs()));
+fn roots(coefficients: &[Complex<f64>]) -> Vec<Complex<f64>> {
+    let largest = coefficients.iter().fold(0.0_f64, |largest, c| largest.max(c.norm()));
     // A negligible leading term has its root so far out that it decays at once.
-    let counts = |c: &f64| c.abs() > 1e-13 * largest;
+    let counts = |c: &Complex<f64>| c.norm() > 1e-13 * largest;
     let degree = coefficients.iter().rposition(counts).unwrap_or(0);
     let leading = coefficients[degree];
     let value = |s: Complex<f64>| {
-        let horner = |value: Complex<f64>, c: &f64| value * s + c / leading;
+        let horner = |value: Complex<f64>, c: &Complex<f64>| value * s + c / leading;
         coefficients[..=degree].iter().rev().fold(Complex::from(0.0), horner)
     };
     // No start is real or a root of unity, which symmetry could keep from converging.
@@ -288,7 +352,7 @@ mod tests {
     fn roots_of_known_polynomials() {
         // (s - 1)(s + 2)(s^2 + 9) and s^4 + 4
         for coefficients in [[-18.0, 9.0, 7.0, 1.0, 1.0], [4.0, 0.0, 0.0, 0.0, 1.0]] {
-            for s in roots(&coefficients) {
+            for s in roots(&coefficients.map(Complex::from)) {
                 let powers = coefficients.iter().enumerate();
                 let value: Complex<f64> = powers.map(|(i, c)| s.powu(i as u32) * *c).sum();
                 assert!(value.norm() < 1e-12, "{s} gives {value}");

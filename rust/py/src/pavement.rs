@@ -1,8 +1,9 @@
-//! Strips, their transition matrices, and the dense stepper.
+//! Strips, their transition matrices, and the steppers.
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pavefem_core::error::{Result, Watch};
 use pavefem_core::pavement::{self, Bed, Ends, Foundation, Section, Weights};
-use pavefem_core::response::{Hold, Keep, Loads, dense};
+use pavefem_core::response::{Hold, Keep, Loads, Record, dense, window};
 use pavefem_core::transition::{self, Form, Levels, Phi, Series, System};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -13,10 +14,38 @@ use crate::watch::detached;
 #[pyclass(frozen, module = "pavefem._core")]
 pub(crate) struct Strip(pavement::Strip);
 
+/// Rows of sections: length, bending stiffness and damping, mass of the beam; then stiffness, damping
+/// and mass of the bed.
+fn sections(rows: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<Section>> {
+    let section = |[length, bending_stiffness, bending_damping, mass, k, c, m]: [f64; 7]| {
+        let bed = Bed { stiffness: k, damping: c, mass: m };
+        Section { length, bending_stiffness, bending_damping, mass, bed }
+    };
+    Ok(records("sections", rows)?.into_iter().map(section).collect())
+}
+
+fn mesh(
+    sections: &[Section],
+    element_length: f64,
+    foundation: &str,
+    ends: &str,
+) -> PyResult<pavement::Mesh> {
+    let foundations = [("bars", Foundation::Bars), ("winkler", Foundation::Winkler)];
+    let foundation = choice("foundation", foundation, &foundations)?;
+    let held = [("clamped", Ends::Clamped), ("pinned", Ends::Pinned), ("free", Ends::Free)];
+    let ends = choice("ends", ends, &held)?;
+    pavement::Mesh::new(sections, element_length, foundation, ends).map_err(exception)
+}
+
+fn scheme(weights: &str, hold: &str) -> PyResult<(Weights, Hold)> {
+    let shares = [("linear", Weights::Linear), ("hermite", Weights::Hermite)];
+    let holds = [("zero", Hold::Zero), ("first", Hold::First)];
+    Ok((choice("weights", weights, &shares)?, choice("hold", hold, &holds)?))
+}
+
 #[pymethods]
 impl Strip {
-    /// Rows of sections: length, bending stiffness and damping, mass of the beam; then stiffness,
-    /// damping and mass of the bed.
+    /// Rows as `sections` takes them.
     #[new]
     fn new(
         sections: PyReadonlyArray2<'_, f64>,
@@ -24,19 +53,8 @@ impl Strip {
         foundation: &str,
         ends: &str,
     ) -> PyResult<Self> {
-        let foundations = [("bars", Foundation::Bars), ("winkler", Foundation::Winkler)];
-        let foundation = choice("foundation", foundation, &foundations)?;
-        let held = [("clamped", Ends::Clamped), ("pinned", Ends::Pinned), ("free", Ends::Free)];
-        let ends = choice("ends", ends, &held)?;
-        let section = |[length, bending_stiffness, bending_damping, mass, k, c, m]: [f64; 7]| {
-            let bed = Bed { stiffness: k, damping: c, mass: m };
-            Section { length, bending_stiffness, bending_damping, mass, bed }
-        };
-        let sections: Vec<Section> =
-            records("sections", &sections)?.into_iter().map(section).collect();
-        pavement::Strip::new(&sections, element_length, foundation, ends)
-            .map(Self)
-            .map_err(exception)
+        let mesh = mesh(&self::sections(&sections)?, element_length, foundation, ends)?;
+        pavement::Strip::of(mesh).map(Self).map_err(exception)
     }
 
     #[getter]
@@ -200,15 +218,11 @@ impl Stepper {
         stations: PyReadonlyArray1<'_, f64>,
         every: usize,
     ) -> PyResult<Self> {
-        let shares = [("linear", Weights::Linear), ("hermite", Weights::Hermite)];
-        let weights = choice("weights", weights, &shares)?;
-        let hold = choice("hold", hold, &[("zero", Hold::Zero), ("first", Hold::First)])?;
+        let scheme = scheme(weights, hold)?;
         let keep = Keep { nodes, stations: vector(&stations), every };
         let (strip, transition) = (strip.0.clone(), transition.0.clone());
-        detached(py, None, |watch| {
-            dense::Stepper::new(strip, transition, (weights, hold), &keep, watch)
-        })
-        .map(Self)
+        detached(py, None, |watch| dense::Stepper::new(strip, transition, scheme, &keep, watch))
+            .map(Self)
     }
 
     #[pyo3(signature = (positions, forces, progress=None))]
@@ -219,18 +233,81 @@ impl Stepper {
         forces: PyReadonlyArray2<'_, f64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Kept<'py>> {
-        let axles = positions.as_array().dim().1;
-        let (positions, forces) = (rows(&positions), rows(&forces));
-        let record = detached(py, progress.as_ref(), |watch| {
-            let loads = Loads { axles, positions: &positions, forces: &forces };
-            self.0.run(&loads, watch)
-        })?;
-        let envelope = record.envelope;
-        Ok((
-            table(py, record.history, self.0.columns())?,
-            PyArray1::from_vec(py, envelope.lowest),
-            PyArray1::from_vec(py, envelope.highest),
-            PyArray1::from_vec(py, envelope.lowest_step),
-        ))
+        run(py, &positions, &forces, progress, self.0.columns(), |loads, watch| {
+            self.0.run(loads, watch)
+        })
+    }
+}
+
+/// Run a road under loads without the interpreter, and hand over what it kept.
+fn run<'py>(
+    py: Python<'py>,
+    positions: &PyReadonlyArray2<'_, f64>,
+    forces: &PyReadonlyArray2<'_, f64>,
+    progress: Option<Py<PyAny>>,
+    columns: usize,
+    work: impl FnOnce(&Loads<'_>, &mut Watch<'_>) -> Result<Record> + Send,
+) -> PyResult<Kept<'py>> {
+    let axles = positions.as_array().dim().1;
+    let (positions, forces) = (rows(positions), rows(forces));
+    let Record { history, envelope } = detached(py, progress.as_ref(), |watch| {
+        work(&Loads { axles, positions: &positions, forces: &forces }, watch)
+    })?;
+    Ok((
+        table(py, history, columns)?,
+        PyArray1::from_vec(py, envelope.lowest),
+        PyArray1::from_vec(py, envelope.highest),
+        PyArray1::from_vec(py, envelope.lowest_step),
+    ))
+}
+
+/// A road stepped through a window.
+#[pyclass(frozen, module = "pavefem._core")]
+pub(crate) struct Window {
+    road: window::Road,
+    nodes: Vec<f64>,
+}
+
+#[pymethods]
+impl Window {
+    #[new]
+    #[expect(clippy::too_many_arguments, reason = "each is a plain number the scheme needs")]
+    fn new(
+        sections: PyReadonlyArray2<'_, f64>,
+        element_length: f64,
+        foundation: &str,
+        ends: &str,
+        dt: f64,
+        weights: &str,
+        hold: &str,
+        nodes: bool,
+        stations: PyReadonlyArray1<'_, f64>,
+        every: usize,
+    ) -> PyResult<Self> {
+        let sections = self::sections(&sections)?;
+        let mesh = mesh(&sections, element_length, foundation, ends)?;
+        let places = mesh.nodes();
+        let keep = Keep { nodes, stations: vector(&stations), every };
+        window::Road::new(mesh, &sections, dt, scheme(weights, hold)?, keep)
+            .map(|road| Self { road, nodes: places })
+            .map_err(exception)
+    }
+
+    #[getter]
+    fn nodes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.nodes)
+    }
+
+    #[pyo3(signature = (positions, forces, progress=None))]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        positions: PyReadonlyArray2<'_, f64>,
+        forces: PyReadonlyArray2<'_, f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Kept<'py>> {
+        run(py, &positions, &forces, progress, self.road.columns(), |loads, watch| {
+            self.road.run(loads, watch)
+        })
     }
 }

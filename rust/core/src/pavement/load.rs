@@ -40,6 +40,23 @@ pub struct Loads<'a> {
 }
 
 impl Loads<'_> {
+    /// Mean speed of the first axle, m/s.
+    pub(crate) fn speed(&self, dt: f64) -> f64 {
+        let steps = self.positions.len() / self.axles - 1;
+        let way = self.positions[steps * self.axles] - self.positions[0];
+        if steps > 0 { way.abs() / (steps as f64 * dt) } else { 0.0 }
+    }
+
+    /// Largest distance between two axles at an instant, m.
+    pub(crate) fn span(&self) -> f64 {
+        let span = |row: &[f64]| {
+            let extremes = |(low, high): (f64, f64), &x: &f64| (low.min(x), high.max(x));
+            let (low, high) = row.iter().fold((f64::INFINITY, f64::NEG_INFINITY), extremes);
+            high - low
+        };
+        self.positions.chunks_exact(self.axles).map(span).fold(0.0, f64::max)
+    }
+
     /// The number of instants, if all fits.
     pub(crate) fn check(&self) -> Result<usize> {
         check_count("number of axles", self.axles, "at least 1", |axles| axles >= 1)?;

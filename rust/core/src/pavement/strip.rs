@@ -2,9 +2,9 @@
 
 use nalgebra::{Matrix2, Matrix4};
 
-use super::element::{bending, consistent, lumped};
 use super::load::Weights;
-use crate::error::{Result, check, invalid, not_negative, positive};
+use super::mesh::Mesh;
+use crate::error::{Result, check, not_negative, positive};
 use crate::linalg::Banded;
 use crate::transition::System;
 
@@ -117,6 +117,7 @@ impl Shares {
 /// The mesh and matrices of a road.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strip {
+    mesh: Mesh,
     nodes: Vec<f64>,
     free: Vec<Option<usize>>,
     system: System,
@@ -127,47 +128,31 @@ impl Strip {
     /// (each section takes a whole number of equal elements), and assemble `M`, `C`, `K`.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for a section shorter than an element, a negative or non-finite property,
-    /// or a road of a single element.
+    /// As [`Mesh::new`].
     pub fn new(
         sections: &[Section],
         element_length: f64,
         foundation: Foundation,
         ends: Ends,
     ) -> Result<Self> {
-        positive("element_length", element_length, "m")?;
-        let mut nodes = vec![0.0];
-        let mut elements = Vec::new();
-        for (number, section) in sections.iter().enumerate() {
-            section.check(number, element_length)?;
-            let start = nodes[nodes.len() - 1];
-            // A length that is a whole number of elements but for rounding gets just those.
-            let count = (section.length / element_length - 1e-9).ceil().max(1.0);
-            let total = elements.len() as f64 + count;
-            check("number of elements", total, "", "at most a million", |total| total <= 1e6)?;
-            let count = count as usize;
-            nodes.extend((1..=count).map(|i| start + section.length * i as f64 / count as f64));
-            elements.extend(std::iter::repeat_n((section, section.length / count as f64), count));
-        }
-        if elements.len() < 2 {
-            let allowed = format!("at least two elements of {element_length:?} m");
-            let length = nodes[nodes.len() - 1];
-            return Err(invalid("road length", format!("{length:?} m"), allowed));
-        }
-        let mut mass = BlockTridiagonal::zeros(nodes.len());
+        Self::of(Mesh::new(sections, element_length, foundation, ends)?)
+    }
+
+    /// Assemble `M`, `C`, `K` of a mesh.
+    ///
+    /// # Errors
+    /// [`Error::NonFinite`](crate::error::Error::NonFinite) where a matrix overflows.
+    pub fn of(mesh: Mesh) -> Result<Self> {
+        let mut mass = BlockTridiagonal::zeros(mesh.len());
         let mut damping = mass.clone();
         let mut stiffness = mass.clone();
-        for (number, (section, h)) in elements.into_iter().enumerate() {
-            let bed = match foundation {
-                Foundation::Bars => lumped(h),
-                Foundation::Winkler => consistent(h),
-            };
-            let Section { bending_stiffness, bending_damping, .. } = *section;
-            mass.add(number, &(consistent(h) * section.mass + bed * section.bed.mass));
-            damping.add(number, &(bending(h) * bending_damping + bed * section.bed.damping));
-            stiffness.add(number, &(bending(h) * bending_stiffness + bed * section.bed.stiffness));
+        for element in 0..mesh.elements() {
+            let matrices = mesh.matrices(element);
+            mass.add(element, &matrices.mass);
+            damping.add(element, &matrices.damping);
+            stiffness.add(element, &matrices.stiffness);
         }
-        let (free, n) = number_unknowns(nodes.len(), ends);
+        let (free, n) = number_unknowns(&mesh);
         let system = System {
             mass: mass.restrict(&free, n),
             damping: damping.restrict(&free, n),
@@ -176,7 +161,7 @@ impl Strip {
         system.mass.check_finite("mass matrix")?;
         system.damping.check_finite("damping matrix")?;
         system.stiffness.check_finite("stiffness matrix")?;
-        Ok(Self { nodes, free, system })
+        Ok(Self { nodes: mesh.nodes(), mesh, free, system })
     }
 
     /// Places of the nodes, m, the ends included.
@@ -188,7 +173,7 @@ impl Strip {
     /// Length of the road, m.
     #[must_use]
     pub fn length(&self) -> f64 {
-        self.nodes[self.nodes.len() - 1]
+        self.mesh.length()
     }
 
     /// `M`, `C`, `K` of the unknowns that the ends do not hold.
@@ -200,21 +185,15 @@ impl Strip {
     /// How a unit force at `x` is shared, or nothing off the road.
     #[must_use]
     pub fn shares(&self, x: f64, weights: Weights) -> Option<Shares> {
-        if !(0.0..=self.length()).contains(&x) {
-            return None;
-        }
-        let after = self.nodes.partition_point(|&node| node <= x);
-        let element = after.clamp(1, self.nodes.len() - 1) - 1;
-        let h = self.nodes[element + 1] - self.nodes[element];
-        Some(Shares {
-            unknowns: std::array::from_fn(|i| self.free[2 * element + i]),
-            weights: weights.at(h, (x - self.nodes[element]) / h),
+        self.mesh.place(x).map(|place| Shares {
+            unknowns: std::array::from_fn(|i| self.free[2 * place.element + i]),
+            weights: place.weights(weights),
         })
     }
 }
 
 impl Section {
-    fn check(&self, number: usize, element_length: f64) -> Result<()> {
+    pub(super) fn check(&self, number: usize, element_length: f64) -> Result<()> {
         let name = |quantity: &str| format!("section {number}: {quantity}");
         let allowed = format!("at least one element of {element_length} m");
         let shortest = element_length * (1.0 - 1e-9);
@@ -230,23 +209,14 @@ impl Section {
 }
 
 /// Numbers of the unknowns `w_0, theta_0, w_1, ...`, those the ends hold left out, and their count.
-fn number_unknowns(nodes: usize, ends: Ends) -> (Vec<Option<usize>>, usize) {
-    let held = |unknown: usize| {
-        let at_end = unknown < 2 || unknown >= 2 * (nodes - 1);
-        at_end
-            && match ends {
-                Ends::Clamped => true,
-                Ends::Pinned => unknown.is_multiple_of(2),
-                Ends::Free => false,
-            }
-    };
+fn number_unknowns(mesh: &Mesh) -> (Vec<Option<usize>>, usize) {
     let mut count = 0;
     let number = |unknown| {
-        (!held(unknown)).then(|| {
+        (!mesh.holds(unknown)).then(|| {
             count += 1;
             count - 1
         })
     };
-    let free = (0..2 * nodes).map(number).collect();
+    let free = (0..2 * mesh.len()).map(number).collect();
     (free, count)
 }

@@ -3,6 +3,8 @@
 pub mod dense;
 mod kernel;
 pub mod record;
+mod sdirk;
+pub mod window;
 
 pub use crate::pavement::load::Loads;
 pub use dense::Stepper;

@@ -1,8 +1,10 @@
 //! What is kept of a run: histories at chosen places, and the envelope of every node.
 
-use crate::error::{Result, check_count, invalid};
-use crate::pavement::Weights;
+use super::sdirk::Passed;
+use crate::error::{Error, Result, check_count, invalid};
+use crate::pavement::mesh::Place;
 use crate::pavement::strip::{Shares, Strip};
+use crate::pavement::{Mesh, Weights};
 
 /// What to keep besides the envelope.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,18 +38,42 @@ pub struct Record {
     pub envelope: Envelope,
 }
 
+impl Envelope {
+    /// Of so many nodes, before any motion.
+    pub(super) fn zeros(nodes: usize) -> Self {
+        let zeros = vec![0.0; nodes];
+        Self { lowest: zeros.clone(), highest: zeros, lowest_step: vec![0; nodes] }
+    }
+
+    /// Take what a node has gone through for a while.
+    pub(super) fn take(&mut self, node: usize, passed: Passed) {
+        if passed.lowest < self.lowest[node] {
+            self.lowest[node] = passed.lowest;
+            self.lowest_step[node] = passed.step as usize;
+        }
+        self.highest[node] = self.highest[node].max(passed.highest);
+    }
+}
+
 impl Keep {
+    /// Where the stations are.
+    pub(super) fn places(&self, mesh: &Mesh) -> Result<Vec<Place>> {
+        check_count("every", self.every, "at least 1", |every| every >= 1)?;
+        self.stations.iter().map(|&x| mesh.place(x).ok_or_else(|| off(x, mesh.length()))).collect()
+    }
+
     /// Where deflections are read: at every node, then at the stations by the element's shape
     /// functions.
     pub(super) fn probes(&self, strip: &Strip) -> Result<Vec<Shares>> {
         check_count("every", self.every, "at least 1", |every| every >= 1)?;
-        let probe = |x: &f64| {
-            let allowed = || format!("on the road, 0 to {:?} m", strip.length());
-            let off = || invalid("station", format!("{x:?} m"), allowed());
-            strip.shares(*x, Weights::Hermite).ok_or_else(off)
-        };
+        let probe =
+            |&x: &f64| strip.shares(x, Weights::Hermite).ok_or_else(|| off(x, strip.length()));
         strip.nodes().iter().chain(&self.stations).map(probe).collect()
     }
+}
+
+fn off(station: f64, length: f64) -> Error {
+    invalid("station", format!("{station:?} m"), format!("on the road, 0 to {length:?} m"))
 }
 
 /// The extremes so far.

@@ -1,0 +1,200 @@
+//! The mesh of a road: elements, nodes, and the matrices of each element.
+
+use nalgebra::Matrix4;
+
+use super::element::{bending, consistent, lumped};
+use super::load::Weights;
+use super::strip::{Ends, Foundation, Section};
+use crate::error::{Result, check, invalid, positive};
+
+/// Mass, damping and stiffness of one element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ElementMatrices {
+    pub(crate) mass: Matrix4<f64>,
+    pub(crate) damping: Matrix4<f64>,
+    pub(crate) stiffness: Matrix4<f64>,
+}
+
+impl ElementMatrices {
+    /// In the order of their derivatives of the displacement, from the second down.
+    pub(crate) fn all(&self) -> [&Matrix4<f64>; 3] {
+        [&self.mass, &self.damping, &self.stiffness]
+    }
+}
+
+/// Equal elements of one section.
+#[derive(Debug, Clone, PartialEq)]
+struct Piece {
+    /// Number of the first element, and where it starts.
+    first: usize,
+    start: f64,
+    /// Length of the section, and its elements.
+    length: f64,
+    count: usize,
+    matrices: ElementMatrices,
+}
+
+impl Piece {
+    /// Length of an element, m.
+    fn step(&self) -> f64 {
+        self.length / self.count as f64
+    }
+
+    /// Place of a node, counted from the first one of the piece, m.
+    fn node(&self, number: usize) -> f64 {
+        self.start + self.length * number as f64 / self.count as f64
+    }
+}
+
+/// A place within an element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Place {
+    /// Number of the element, which is that of the node at its beginning.
+    pub(crate) element: usize,
+    /// Its length, m.
+    pub(crate) h: f64,
+    /// How far along it the place is, 0 to 1.
+    pub(crate) s: f64,
+}
+
+impl Place {
+    /// Shares of a unit force here on `(w_1, theta_1, w_2, theta_2)` of the element.
+    pub(crate) fn weights(&self, weights: Weights) -> [f64; 4] {
+        weights.at(self.h, self.s)
+    }
+}
+
+/// Sections laid end to end from x = 0, in elements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    pieces: Vec<Piece>,
+    elements: usize,
+    length: f64,
+    ends: Ends,
+}
+
+impl Mesh {
+    /// Mesh `sections` with elements not longer than `element_length` (each section takes a whole
+    /// number of equal elements).
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::error::Error::Invalid) for a section shorter than an element, a
+    /// negative or non-finite property, or a road of a single element.
+    pub fn new(
+        sections: &[Section],
+        element_length: f64,
+        foundation: Foundation,
+        ends: Ends,
+    ) -> Result<Self> {
+        positive("element_length", element_length, "m")?;
+        let (mut pieces, mut elements, mut start) = (Vec::new(), 0, 0.0);
+        for (number, section) in sections.iter().enumerate() {
+            section.check(number, element_length)?;
+            // A length that is a whole number of elements but for rounding gets just those.
+            let count = (section.length / element_length - 1e-9).ceil().max(1.0);
+            let total = elements as f64 + count;
+            check("number of elements", total, "", "at most a million", |total| total <= 1e6)?;
+            let (length, count) = (section.length, count as usize);
+            let matrices = section.matrices(length / count as f64, foundation);
+            pieces.push(Piece { first: elements, start, length, count, matrices });
+            elements += count;
+            start += length;
+        }
+        if elements < 2 {
+            let allowed = format!("at least two elements of {element_length:?} m");
+            return Err(invalid("road length", format!("{start:?} m"), allowed));
+        }
+        Ok(Self { pieces, elements, length: start, ends })
+    }
+
+    /// Number of nodes.
+    pub(crate) fn len(&self) -> usize {
+        self.elements + 1
+    }
+
+    /// Number of elements.
+    pub(crate) fn elements(&self) -> usize {
+        self.elements
+    }
+
+    fn piece(&self, element: usize) -> &Piece {
+        &self.pieces[self.pieces.partition_point(|piece| piece.first <= element) - 1]
+    }
+
+    /// Place of a node, m.
+    pub(crate) fn node(&self, number: usize) -> f64 {
+        let piece = self.piece(number.min(self.elements - 1));
+        piece.node(number - piece.first)
+    }
+
+    /// Places of the nodes, m, the ends included.
+    #[must_use]
+    pub fn nodes(&self) -> Vec<f64> {
+        (0..self.len()).map(|number| self.node(number)).collect()
+    }
+
+    /// Length of the road, m.
+    pub(crate) fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Shortest element, m.
+    pub(crate) fn shortest(&self) -> f64 {
+        self.pieces.iter().map(Piece::step).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Matrices of an element.
+    pub(crate) fn matrices(&self, element: usize) -> &ElementMatrices {
+        &self.piece(element).matrices
+    }
+
+    /// Whether all elements from one up to another, both included, are equal.
+    pub(crate) fn is_uniform(&self, first: usize, last: usize) -> bool {
+        std::ptr::eq(self.piece(first), self.piece(last))
+    }
+
+    /// Where on the mesh `x` is; nothing off the road.
+    pub(crate) fn place(&self, x: f64) -> Option<Place> {
+        if !(x >= 0.0 && x <= self.length) {
+            return None;
+        }
+        let after = self.pieces.partition_point(|piece| piece.start <= x);
+        let piece = &self.pieces[after.max(1) - 1];
+        // Where x is at a node but for rounding, the quotient may be off by one.
+        let mut i = (((x - piece.start) / piece.step()) as usize).min(piece.count - 1);
+        if i > 0 && x < piece.node(i) {
+            i -= 1;
+        } else if i + 1 < piece.count && x >= piece.node(i + 1) {
+            i += 1;
+        }
+        let (start, end) = (piece.node(i), piece.node(i + 1));
+        let h = end - start;
+        Some(Place { element: piece.first + i, h, s: (x - start) / h })
+    }
+
+    /// Whether the ends hold an unknown, counted `w_0, theta_0, w_1, ...`.
+    pub(crate) fn holds(&self, unknown: usize) -> bool {
+        let at_end = unknown < 2 || unknown >= 2 * self.elements;
+        at_end
+            && match self.ends {
+                Ends::Clamped => true,
+                Ends::Pinned => unknown.is_multiple_of(2),
+                Ends::Free => false,
+            }
+    }
+}
+
+impl Section {
+    /// Matrices of an element of length `h` (eqs. 1, 2 and 4; bars or a bed).
+    fn matrices(&self, h: f64, foundation: Foundation) -> ElementMatrices {
+        let bed = match foundation {
+            Foundation::Bars => lumped(h),
+            Foundation::Winkler => consistent(h),
+        };
+        ElementMatrices {
+            mass: consistent(h) * self.mass + bed * self.bed.mass,
+            damping: bending(h) * self.bending_damping + bed * self.bed.damping,
+            stiffness: bending(h) * self.bending_stiffness + bed * self.bed.stiffness,
+        }
+    }
+}

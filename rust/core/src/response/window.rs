@@ -1,0 +1,291 @@
+//! A window of pavement that moves with the vehicle: a cost that does not depend on the road's length.
+//!
+//! The pavement forgets in space and in time. Only the nodes near the vehicle are stepped, from so
+//! far behind it to so far ahead that what is left out is below [`TOLERANCE`]; nodes beyond are held
+//! still. The window moves by whole nodes, and at sections, joints and ends of the road it holds the
+//! very elements that are there. A run is cut into as many parts of time as a vector has lanes; each
+//! starts from rest as long before its first instant as the pavement remembers.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::Hold;
+use super::record::{Envelope, Keep, Record};
+use super::sdirk::{STAGES, Windows};
+use crate::analytical::WinklerBeam;
+use crate::error::{Error, Result, Watch, go_on, invalid, positive, reserve};
+use crate::pavement::load::{Loads, TRACK_SHARE};
+use crate::pavement::mesh::Place;
+use crate::pavement::{Mesh, Section, Weights};
+
+/// What is left out of a deflection, as a part of that under a force.
+pub const TOLERANCE: f64 = 1e-8;
+
+/// Steps between two looks at the watcher.
+const WATCHED: usize = 256;
+
+/// A road ready to be stepped through a window.
+#[derive(Debug)]
+pub struct Road {
+    mesh: Mesh,
+    beams: Vec<WinklerBeam>,
+    dt: f64,
+    weights: Weights,
+    hold: Hold,
+    keep: Keep,
+    probes: Vec<Place>,
+}
+
+impl Road {
+    /// Hold a road's mesh, and check what is to be kept.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] for the time step, or for a station off the road.
+    pub fn new(
+        mesh: Mesh,
+        sections: &[Section],
+        dt: f64,
+        (weights, hold): (Weights, Hold),
+        keep: Keep,
+    ) -> Result<Self> {
+        positive("time step dt", dt, "s")?;
+        let probes = keep.places(&mesh)?;
+        let beams = sections.iter().map(WinklerBeam::from).collect();
+        Ok(Self { mesh, beams, dt, weights, hold, keep, probes })
+    }
+
+    /// Columns of a record's history.
+    #[must_use]
+    pub fn columns(&self) -> usize {
+        self.probes.len() + if self.keep.nodes { self.mesh.len() } else { 0 }
+    }
+
+    /// Deflection of the road under `loads`, from rest. Axles only go forward.
+    ///
+    /// # Errors
+    /// [`Error::Shape`] and [`Error::NonFinite`] for loads that do not fit, [`Error::Invalid`] for an
+    /// axle that goes back, [`Error::Diverged`], [`Error::Stopped`].
+    pub fn run(&self, loads: &Loads<'_>, watch: &mut Watch<'_>) -> Result<Record> {
+        let instants = loads.check()?;
+        Arch::new().dispatch(Run { road: self, loads, instants, watch })
+    }
+
+    /// How far ahead of the axles and behind them the window goes, m, and what the pavement
+    /// remembers, s.
+    fn extent(&self, speed: f64) -> Result<([f64; 2], f64)> {
+        let (mut reach, mut memory) = ([0.0_f64; 2], 0.0_f64);
+        for beam in &self.beams {
+            // A beam without a bed has no decay: all of the road is the window.
+            if beam.stiffness <= 0.0 {
+                return Ok(([f64::INFINITY; 2], f64::INFINITY));
+            }
+            let [ahead, behind] = beam.reach(speed, TOLERANCE)?;
+            reach = [reach[0].max(ahead), reach[1].max(behind)];
+            memory = memory.max(beam.memory(TOLERANCE)?);
+        }
+        Ok((reach, memory))
+    }
+}
+
+/// A part of a run: from rest at `begin`, counted from `from` on, up to before `end`.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    begin: usize,
+    from: usize,
+    end: usize,
+    /// First node of its window.
+    first: usize,
+    /// Whether the window's elements are all equal, and so those of the next one.
+    uniform: bool,
+}
+
+struct Run<'a, 'w> {
+    road: &'a Road,
+    loads: &'a Loads<'a>,
+    instants: usize,
+    watch: &'a mut Watch<'w>,
+}
+
+impl WithSimd for Run<'_, '_> {
+    type Output = Result<Record>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Result<Record> {
+        let Self { road, loads, instants, watch } = self;
+        let mesh = &road.mesh;
+        let (reach, memory) = road.extent(loads.speed(road.dt))?;
+        let nodes = window_nodes(mesh, loads, reach);
+        let mut parts = parts(instants, S::F64_LANES, (memory / road.dt).ceil());
+        let mut windows = Windows::new(nodes, S::F64_LANES, road.dt);
+        let mut envelope = Envelope::zeros(mesh.len());
+        let columns = road.columns();
+        let mut history = Vec::new();
+        let rows = if columns > 0 { instants.div_ceil(road.keep.every) } else { 0 };
+        reserve(&mut history, rows.saturating_mul(columns))?;
+        history.resize(rows * columns, 0.0);
+        let longest = parts.iter().map(|part| part.end - part.begin).max().unwrap_or(0);
+        for (lane, part) in parts.iter_mut().enumerate() {
+            part.first = first_node(mesh, loads, part.begin, reach[1], nodes, 0).unwrap_or(0);
+            windows.fill(lane, mesh, part.first);
+            part.uniform = is_uniform(mesh, part.first, nodes);
+        }
+        for tick in 0..longest {
+            if tick % WATCHED == 0 {
+                go_on(watch, tick, longest)?;
+                if !windows.is_sound() {
+                    let time = tick as f64 * road.dt;
+                    return Err(Error::Diverged { quantity: "deflection", step: tick, time });
+                }
+            }
+            windows.unload();
+            for (lane, part) in parts.iter_mut().enumerate() {
+                let instant = part.begin + tick;
+                if instant >= part.end {
+                    windows.count(lane, false, instant);
+                    continue;
+                }
+                if columns > 0 && instant >= part.from && instant.is_multiple_of(road.keep.every) {
+                    let row = instant / road.keep.every;
+                    let row = &mut history[row * columns..(row + 1) * columns];
+                    road.read(&windows, lane, part.first, row);
+                }
+                let last = part.first;
+                if let Some(first) = first_node(mesh, loads, instant, reach[1], nodes, last) {
+                    while part.first < first {
+                        envelope.take(part.first, windows.shift(lane));
+                        part.first += 1;
+                        let uniform = is_uniform(mesh, part.first, nodes);
+                        if !(uniform && part.uniform) {
+                            windows.fill(lane, mesh, part.first);
+                        }
+                        part.uniform = uniform;
+                    }
+                }
+                if instant + 1 < part.end {
+                    road.load(&mut windows, lane, part.first, loads, instant)?;
+                }
+                let next = instant + 1;
+                windows.count(lane, (part.from..part.end).contains(&next), next);
+            }
+            windows.step(simd);
+        }
+        for (lane, part) in parts.iter().enumerate() {
+            for node in 0..nodes {
+                envelope.take(part.first + node, windows.passed(lane, node));
+            }
+        }
+        go_on(watch, longest, longest)?;
+        if !windows.is_sound() {
+            let (step, time) = (instants - 1, (instants - 1) as f64 * road.dt);
+            return Err(Error::Diverged { quantity: "deflection", step, time });
+        }
+        Ok(Record { history, envelope })
+    }
+}
+
+impl Road {
+    /// Deflections at the nodes, if they are kept, and then at the stations.
+    fn read(&self, windows: &Windows, lane: usize, first: usize, row: &mut [f64]) {
+        let inside = |node: usize| node.checked_sub(first).filter(|at| *at < windows.len());
+        let motion = |node: usize| inside(node).map_or([0.0; 2], |at| windows.motion(lane, at));
+        let (nodes, stations) = row.split_at_mut(row.len() - self.probes.len());
+        for (node, out) in nodes.iter_mut().enumerate().skip(first).take(windows.len()) {
+            *out = motion(node)[0];
+        }
+        for (probe, out) in self.probes.iter().zip(stations) {
+            let ([w1, t1], [w2, t2]) = (motion(probe.element), motion(probe.element + 1));
+            let weights = probe.weights(Weights::Hermite);
+            *out = [w1, t1, w2, t2].into_iter().zip(weights).map(|(u, n)| u * n).sum();
+        }
+    }
+
+    /// Put the axles on the nodes for the step from an instant to the next.
+    fn load(
+        &self,
+        windows: &mut Windows,
+        lane: usize,
+        first: usize,
+        loads: &Loads<'_>,
+        instant: usize,
+    ) -> Result<()> {
+        // Where in the step the forces are taken, and the stages that they are for.
+        let taken: &[(f64, &[usize])] = match self.hold {
+            Hold::Zero => &[(0.0, &[0, 1])],
+            Hold::First => &[(STAGES[0], &[0]), (STAGES[1], &[1])],
+        };
+        for axle in 0..loads.axles {
+            let (now, next) = (instant * loads.axles + axle, (instant + 1) * loads.axles + axle);
+            for &(part, stages) in taken {
+                let along = |values: &[f64]| values[now] + part * (values[next] - values[now]);
+                let Some(place) = self.mesh.place(along(loads.positions)) else { continue };
+                let Some(node) =
+                    place.element.checked_sub(first).filter(|at| at + 1 < windows.len())
+                else {
+                    let given = format!("{} m at instant {instant}", loads.positions[now]);
+                    return Err(invalid(
+                        format!("place of axle {axle}"),
+                        given,
+                        "within the window of the axle ahead: axles only go forward",
+                    ));
+                };
+                let force = -TRACK_SHARE * along(loads.forces);
+                for (k, weight) in place.weights(self.weights).into_iter().enumerate() {
+                    if weight != 0.0 && !self.mesh.holds(2 * place.element + k) {
+                        for &stage in stages {
+                            windows.load(stage, lane, (node + k / 2, k % 2), weight * force);
+                        }
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Nodes of the window: all axles, and the reach ahead and behind.
+fn window_nodes(mesh: &Mesh, loads: &Loads<'_>, [ahead, behind]: [f64; 2]) -> usize {
+    let length = loads.span() + ahead + behind;
+    // Two elements that are only partly covered, and one that the step goes into.
+    let elements = (length / mesh.shortest()).ceil() + 3.0;
+    if elements < mesh.elements() as f64 { elements as usize + 1 } else { mesh.len() }
+}
+
+/// First node of the window at an instant, which is not ahead of `first`; none where all axles have
+/// left the road.
+fn first_node(
+    mesh: &Mesh,
+    loads: &Loads<'_>,
+    instant: usize,
+    behind: f64,
+    nodes: usize,
+    first: usize,
+) -> Option<usize> {
+    let row = &loads.positions[instant * loads.axles..(instant + 1) * loads.axles];
+    // An axle that is still ahead of the road comes onto it at its beginning.
+    let last = row.iter().copied().filter(|x| *x <= mesh.length()).reduce(f64::min)?;
+    let start = (last - behind).max(0.0);
+    let furthest = mesh.len() - nodes;
+    if first == furthest || start < mesh.node(first + 1) {
+        return Some(first);
+    }
+    Some(mesh.place(start).map_or(0, |place| place.element).min(furthest))
+}
+
+/// Whether all elements of a window, and those on both its sides, are equal.
+fn is_uniform(mesh: &Mesh, first: usize, nodes: usize) -> bool {
+    first > 0 && first + nodes < mesh.len() && mesh.is_uniform(first - 1, first + nodes - 1)
+}
+
+/// Cut a run into at most so many parts, where that saves more than the run-in of each costs.
+fn parts(instants: usize, lanes: usize, memory: f64) -> Vec<Part> {
+    let worth = memory < 0.5 * instants as f64;
+    let (count, memory) = if worth { (lanes, memory as usize) } else { (1, 0) };
+    let at = |part: usize| part * instants / count;
+    let part = |number: usize| Part {
+        begin: at(number).saturating_sub(memory),
+        from: at(number),
+        end: at(number + 1),
+        first: 0,
+        uniform: false,
+    };
+    (0..count).map(part).filter(|part| part.from < part.end).collect()
+}

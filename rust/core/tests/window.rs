@@ -1,0 +1,238 @@
+//! The moving window against the same method on the whole road, and against the transition matrix.
+
+// A test stops where its own model is wrong.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use nalgebra::{DMatrix, DVector};
+use pavefem_core::pavement::{Bed, Ends, Foundation, Mesh, Section, Strip, Weights};
+use pavefem_core::response::window::Road;
+use pavefem_core::response::{Hold, Keep, Loads, Record, Stepper};
+use pavefem_core::transition::Transition;
+
+const SPEED: f64 = 65.0 / 3.6;
+const AXLES: [f64; 3] = [0.0, 4.55, 5.85];
+const FORCES: [f64; 3] = [38_925.0, 76_335.0, 80_938.0];
+
+/// The paper's pavement at 20 degC, and one twice as stiff on a softer bed.
+fn section(length: f64, stiff: bool) -> Section {
+    let (bending, bed) = if stiff { (4e5, 6e7) } else { (197_334.0, 8.65e7) };
+    Section {
+        length,
+        bending_stiffness: bending,
+        bending_damping: 1750.0,
+        mass: 2000.0,
+        bed: Bed { stiffness: bed, damping: 280e3, mass: 355.0 / 1.5 },
+    }
+}
+
+/// A truck that crosses, its forces going up and down.
+fn passage(length: f64, dt: f64) -> (Vec<f64>, Vec<f64>) {
+    let steps = ((length + 7.0) / (SPEED * dt)) as usize;
+    let time = |step: usize| step as f64 * dt;
+    let positions = (0..=steps).flat_map(|k| AXLES.map(|x| SPEED * time(k) - x)).collect();
+    let vary = |k: usize, axle: usize| 1.0 + 0.2 * (60.0 * time(k) + axle as f64).sin();
+    let forces =
+        (0..=steps).flat_map(|k| [0, 1, 2].map(|axle| FORCES[axle] * vary(k, axle))).collect();
+    (positions, forces)
+}
+
+struct Case {
+    sections: Vec<Section>,
+    h: f64,
+    foundation: Foundation,
+    ends: Ends,
+    scheme: (Weights, Hold),
+    keep: Keep,
+}
+
+impl Case {
+    fn mesh(&self) -> Mesh {
+        Mesh::new(&self.sections, self.h, self.foundation, self.ends).unwrap()
+    }
+
+    fn length(&self) -> f64 {
+        self.sections.iter().map(|section| section.length).sum()
+    }
+
+    fn window(&self, dt: f64, (positions, forces): &(Vec<f64>, Vec<f64>)) -> Record {
+        let road =
+            Road::new(self.mesh(), &self.sections, dt, self.scheme, self.keep.clone()).unwrap();
+        road.run(&Loads { axles: 3, positions, forces }, &mut |_, _| true).unwrap()
+    }
+
+    fn dense(&self, dt: f64, (positions, forces): &(Vec<f64>, Vec<f64>)) -> Record {
+        let strip = Strip::of(self.mesh()).unwrap();
+        let transition = Transition::of(strip.system(), dt, &mut |_, _| true).unwrap();
+        let stepper =
+            Stepper::new(strip, transition, self.scheme, &self.keep, &mut |_, _| true).unwrap();
+        stepper.run(&Loads { axles: 3, positions, forces }, &mut |_, _| true).unwrap()
+    }
+
+    /// The same two stages on the whole road, by dense matrices: displacements of all nodes.
+    fn whole(&self, dt: f64, (positions, forces): &(Vec<f64>, Vec<f64>)) -> Vec<f64> {
+        let strip = Strip::of(self.mesh()).unwrap();
+        let system = strip.system();
+        let [m, c, k] = [&system.mass, &system.damping, &system.stiffness].map(|a| a.to_dense());
+        let n = system.len();
+        let g = 1.0 - 0.5_f64.sqrt();
+        let lu = (&m + &c * (g * dt) + &k * (g * dt).powi(2)).lu();
+        let load = |step: usize, part: f64| {
+            let mut load = DVector::zeros(n);
+            let part = if self.scheme.1 == Hold::Zero { 0.0 } else { part };
+            for axle in 0..3 {
+                let along = |values: &[f64]| {
+                    let (a, b) = (values[3 * step + axle], values[3 * (step + 1) + axle]);
+                    a + part * (b - a)
+                };
+                let Some(shares) = strip.shares(along(positions), self.scheme.0) else { continue };
+                for (unknown, weight) in shares.unknowns.into_iter().zip(shares.weights) {
+                    if let Some(unknown) = unknown {
+                        load[unknown] -= 0.5 * weight * along(forces);
+                    }
+                }
+            }
+            load
+        };
+        let (mut u, mut v) = (DVector::<f64>::zeros(n), DVector::<f64>::zeros(n));
+        let mut out = Vec::new();
+        for step in 0..positions.len() / 3 {
+            let at = |node: usize| strip.shares(strip.nodes()[node], Weights::Hermite).unwrap();
+            out.extend((0..strip.nodes().len()).map(|node| at(node).read(u.as_slice())));
+            if 3 * (step + 1) == positions.len() {
+                break;
+            }
+            // Accelerations of both stages.
+            let stage = |u: &DVector<f64>, v: &DVector<f64>, f: DVector<f64>| {
+                lu.solve(&(f - &c * v - &k * (u + v * (g * dt)))).unwrap()
+            };
+            let a1 = stage(&u, &v, load(step, g));
+            let v1 = &v + &a1 * (g * dt);
+            let (u2, v2) = (&u + &v1 * ((1.0 - g) * dt), &v + &a1 * ((1.0 - g) * dt));
+            let a2 = stage(&u2, &v2, load(step, 1.0));
+            v = v2 + a2 * (g * dt);
+            u = u2 + &v * (g * dt);
+        }
+        out
+    }
+}
+
+fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
+    assert_eq!(a.len(), b.len());
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+fn peak(values: &[f64]) -> f64 {
+    values.iter().copied().fold(0.0, |peak, w| f64::max(peak, w.abs()))
+}
+
+fn cases() -> Vec<Case> {
+    let all = Keep { nodes: true, stations: vec![], every: 1 };
+    let uniform = || vec![section(80.0, false)];
+    let mixed = || vec![section(37.3, false), section(9.1, true), section(33.7, false)];
+    let case = |sections: Vec<Section>, h, foundation, ends, scheme| Case {
+        sections,
+        h,
+        foundation,
+        ends,
+        scheme,
+        keep: all.clone(),
+    };
+    let (paper, converged) = ((Weights::Linear, Hold::Zero), (Weights::Hermite, Hold::First));
+    vec![
+        case(uniform(), 0.5, Foundation::Bars, Ends::Clamped, paper),
+        case(mixed(), 0.5, Foundation::Bars, Ends::Pinned, paper),
+        case(uniform(), 0.25, Foundation::Winkler, Ends::Clamped, converged),
+        case(mixed(), 0.25, Foundation::Winkler, Ends::Free, (Weights::Linear, Hold::First)),
+    ]
+}
+
+#[test]
+fn a_window_is_the_whole_road() {
+    for case in cases() {
+        let loads = passage(case.length(), 2e-3);
+        let (found, expected) = (case.window(2e-3, &loads), case.whole(2e-3, &loads));
+        let error = largest_difference(&found.history, &expected) / peak(&expected);
+        assert!(error < 1e-6, "{:?} {:?}: {error:.1e}", case.foundation, case.ends);
+        // The envelope is that of the histories.
+        let nodes = found.envelope.lowest.len();
+        for node in 0..nodes {
+            let along = expected.iter().skip(node).step_by(nodes);
+            let low = along.clone().copied().fold(0.0, f64::min);
+            let high = along.copied().fold(0.0, f64::max);
+            let [found_low, found_high] =
+                [found.envelope.lowest[node], found.envelope.highest[node]];
+            let error = (found_low - low).abs().max((found_high - high).abs());
+            assert!(error < 1e-6 * peak(&expected), "node {node}: {error:.1e}");
+            let step = found.envelope.lowest_step[node];
+            assert!((expected[step * nodes + node] - low).abs() < 1e-6 * peak(&expected));
+        }
+    }
+}
+
+/// Against the transition matrix, which follows linear forces exactly: second order in the step. (At
+/// a free end, where an axle comes on from one instant to the next, it is the first.)
+#[test]
+fn second_order_against_the_transition_matrix() {
+    let scheme = (Weights::Hermite, Hold::First);
+    let clamped = cases().into_iter().filter(|case| case.scheme == scheme);
+    for case in clamped.map(|case| Case { sections: vec![section(40.0, false)], ..case }) {
+        let mut errors = Vec::new();
+        for dt in [2e-3, 1e-3, 5e-4] {
+            let loads = passage(case.length(), dt);
+            let exact = case.dense(dt, &loads).history;
+            errors
+                .push(largest_difference(&case.window(dt, &loads).history, &exact) / peak(&exact));
+        }
+        let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+        assert!(errors[1] < 1e-3, "{errors:?}");
+        assert!(orders.iter().all(|order| (1.9..2.1).contains(order)), "{orders:?} of {errors:?}");
+    }
+}
+
+/// Between nodes a station is read by the element's shape functions, as the dense stepper does.
+#[test]
+fn stations_lie_between_nodes() {
+    for case in cases() {
+        let length = case.length();
+        let keep = Keep { nodes: false, stations: vec![10.21, 37.3, 60.011], every: 7 };
+        let case = Case { keep, ..case };
+        let loads = passage(length, 2.5e-4);
+        let (window, dense) = (case.window(2.5e-4, &loads), case.dense(2.5e-4, &loads));
+        let error = largest_difference(&window.history, &dense.history) / peak(&dense.history);
+        assert!(error < 5e-3, "{:?}: {error:.1e}", case.foundation);
+    }
+}
+
+#[test]
+fn an_axle_that_goes_back_is_an_error() {
+    let case = cases().remove(0);
+    let road =
+        Road::new(case.mesh(), &case.sections, 1e-3, case.scheme, case.keep.clone()).unwrap();
+    let (mut positions, forces) = passage(80.0, 1e-3);
+    for x in &mut positions[3 * 4000..] {
+        *x -= 60.0;
+    }
+    let loads = Loads { axles: 3, positions: &positions, forces: &forces };
+    let error = road.run(&loads, &mut |_, _| true).err().map(|error| error.to_string());
+    assert!(error.as_ref().is_some_and(|e| e.contains("axles only go forward")), "{error:?}");
+    assert!(road.run(&loads, &mut |_, _| false).is_err());
+}
+
+#[test]
+fn long_roads_cost_no_more_a_step() {
+    let section = section(2000.0, false);
+    let scheme = (Weights::Linear, Hold::Zero);
+    let mesh = Mesh::new(&[section], 0.5, Foundation::Bars, Ends::Clamped).unwrap();
+    let keep = Keep { nodes: false, stations: vec![1000.0], every: 1 };
+    let road = Road::new(mesh, &[section], 1e-3, scheme, keep).unwrap();
+    let (positions, forces) = passage(2000.0, 1e-3);
+    let record = road
+        .run(&Loads { axles: 3, positions: &positions, forces: &forces }, &mut |_, _| true)
+        .unwrap();
+    // Far from both ends every node sees the same, but for the phase of the forces.
+    let lowest = &record.envelope.lowest[200..3800];
+    let (low, high) = (peak(lowest), -lowest.iter().copied().fold(f64::NEG_INFINITY, f64::max));
+    assert!(low < 1e-3 && high > 0.5 * low, "{low} {high}");
+    let matrix = DMatrix::from_row_slice(1, record.history.len(), &record.history);
+    assert!((matrix.amax() / low - 1.0).abs() < 0.3);
+}
