@@ -42,7 +42,13 @@ impl Piece {
 
     /// Place of a node, counted from the first one of the piece, m.
     fn node(&self, number: usize) -> f64 {
-        self.start + self.length * number as f64 / self.count as f64
+        // The last one is where the next section starts, to the last digit.
+        let part = if number == self.count {
+            self.length
+        } else {
+            self.length * number as f64 / self.count as f64
+        };
+        self.start + part
     }
 }
 
