@@ -13,7 +13,7 @@ from pavefem.analytical import WinklerBeam
 
 def two_sections() -> pf.Road:
     soft = pf.Pavement.paper(asphalt=pf.Asphalt(vma=18.0))
-    return pf.Road(sections=[(pf.Pavement.paper(), 31.3), (soft, 28.7)], ends="pinned")
+    return pf.Road(sections=[(pf.Pavement.paper(), 13.3), (soft, 11.7)], ends="pinned")
 
 
 @pytest.mark.parametrize("preset", [pf.Scheme.paper, pf.Scheme.converged])

@@ -93,6 +93,7 @@ impl WithSimd for Lanes<'_, '_> {
         let mut matrix = vec![0.0; rows * size * lanes];
         let mut vector = vec![0.0; size * lanes];
         let mut product = vec![0.0; rows * lanes];
+        let mut forces = vec![0.0; tires * lanes];
         for (lane, passage) in group.iter().enumerate() {
             let step = Step::new(passage, &contacts.jumps(lane))?;
             for row in 0..size {
@@ -120,16 +121,18 @@ impl WithSimd for Lanes<'_, '_> {
             contacts.roll(simd, step, &mut vector[states * lanes..]);
             multiply_lanes(simd, &matrix, &vector, &mut product);
             let (next, felt) = product.split_at(states * lanes);
-            contacts.add_to_forces(simd, &felt[..tires * lanes]);
+            contacts.complete(simd, felt, &mut forces);
             for (lane, passage) in group.iter().enumerate() {
                 let first = passage.run.skip;
                 if step == first || step == passage.run.total() + 1 {
                     sums.count(lane, step == first);
                 }
             }
-            sums.take(simd, &contacts.forces);
-            for (lane, keeper) in keepers.iter_mut().enumerate() {
-                keeper.take(step, |axle| contacts.forces[axle * lanes + lane]);
+            sums.take(simd, &forces);
+            if keep.asks() {
+                for (lane, keeper) in keepers.iter_mut().enumerate() {
+                    keeper.take(step, |axle| forces[axle * lanes + lane]);
+                }
             }
             vector[..states * lanes].copy_from_slice(next);
         }
@@ -138,7 +141,22 @@ impl WithSimd for Lanes<'_, '_> {
     }
 }
 
-/// The tires of a group of vehicles on the profile, of each axle a vector of lanes.
+/// Numbers that are held of a tire, each in every lane: distance behind the front axle, stiffness,
+/// damping times speed, static load; its place now, the line it is on, and its force.
+const BEHIND: usize = 0;
+const STIFFNESS: usize = 1;
+const DAMPING: usize = 2;
+const LOAD: usize = 3;
+const PLACE: usize = 4;
+const ORIGIN: usize = 5;
+const LEVEL: usize = 6;
+const SLOPE: usize = 7;
+const UNTIL: usize = 8;
+const JUMP: usize = 9;
+const FORCE: usize = 10;
+const NUMBERS: usize = 11;
+
+/// The tires of a group of vehicles on the profile.
 struct Contacts<'a> {
     group: &'a [Passage<'a>],
     lanes: usize,
@@ -146,58 +164,45 @@ struct Contacts<'a> {
     /// Of each vehicle: where the front axle starts, and how far it goes in a step.
     starts: Vec<f64>,
     reaches: Vec<f64>,
-    /// Of each tire: distance behind the front axle, stiffness, damping times speed, static load.
-    behind: Vec<f64>,
-    stiffness: Vec<f64>,
-    damping: Vec<f64>,
-    loads: Vec<f64>,
-    /// Of each tire: its place now, and the line it is on.
-    places: Vec<f64>,
-    origins: Vec<f64>,
-    levels: Vec<f64>,
-    slopes: Vec<f64>,
-    until: Vec<f64>,
-    jumps: Vec<f64>,
-    /// Of each tire: its force.
-    forces: Vec<f64>,
+    /// Tire by tire, number by number, lane by lane.
+    tires: Vec<f64>,
 }
 
 impl<'a> Contacts<'a> {
     fn new(group: &'a [Passage<'a>], profile: &'a Profile<'a>, lanes: usize) -> Self {
         let tires = group.first().map_or(0, |passage| passage.vehicle.tires.len());
-        let zeros = || vec![0.0; tires * lanes];
         let mut contacts = Self {
             group,
             lanes,
             wheels: Vec::with_capacity(group.len() * tires),
             starts: vec![0.0; lanes],
             reaches: vec![0.0; lanes],
-            behind: zeros(),
-            stiffness: zeros(),
-            damping: zeros(),
-            loads: zeros(),
-            places: zeros(),
-            origins: zeros(),
-            levels: zeros(),
-            slopes: zeros(),
-            until: vec![f64::INFINITY; tires * lanes],
-            jumps: zeros(),
-            forces: zeros(),
+            tires: vec![0.0; tires * NUMBERS * lanes],
         };
         for (lane, Passage { vehicle, run }) in group.iter().enumerate() {
             contacts.starts[lane] = run.start;
             contacts.reaches[lane] = run.reach();
             for (i, (tire, load)) in vehicle.tires.iter().zip(vehicle.static_loads()).enumerate() {
-                let at = i * lanes + lane;
                 contacts.wheels.push(Wheel::new(profile, tire.print));
-                contacts.behind[at] = tire.point.x;
-                contacts.stiffness[at] = tire.stiffness;
-                contacts.damping[at] = tire.damping * run.speed;
-                contacts.loads[at] = *load;
-                contacts.until[at] = f64::NEG_INFINITY;
+                let mut set = |number, value| *contacts.number(i, number, lane) = value;
+                set(BEHIND, tire.point.x);
+                set(STIFFNESS, tire.stiffness);
+                set(DAMPING, tire.damping * run.speed);
+                set(LOAD, *load);
+                set(UNTIL, f64::NEG_INFINITY);
+            }
+        }
+        // No line ends in a lane without a vehicle.
+        for i in 0..tires {
+            for lane in group.len()..lanes {
+                *contacts.number(i, UNTIL, lane) = f64::INFINITY;
             }
         }
         contacts
+    }
+
+    fn number(&mut self, tire: usize, number: usize, lane: usize) -> &mut f64 {
+        &mut self.tires[(tire * NUMBERS + number) * self.lanes + lane]
     }
 
     fn wheels(&mut self, lane: usize) -> &mut [Wheel<'a>] {
@@ -225,28 +230,21 @@ impl<'a> Contacts<'a> {
         let steps = simd.splat_f64s(step as f64);
         let ahead = simd.mul_f64s(steps, S::as_simd_f64s(&self.reaches).0[0]);
         let front = simd.add_f64s(S::as_simd_f64s(&self.starts).0[0], ahead);
-        let places = S::as_mut_simd_f64s(&mut self.places).0;
-        let behind = S::as_simd_f64s(&self.behind).0;
-        let until = S::as_simd_f64s(&self.until).0;
         let mut overdue = simd.splat_f64s(f64::NEG_INFINITY);
-        for ((place, &behind), &until) in places.iter_mut().zip(behind).zip(until) {
-            *place = simd.sub_f64s(front, behind);
-            overdue = simd.max_f64s(overdue, simd.sub_f64s(*place, until));
+        for tire in rows_mut::<S>(&mut self.tires) {
+            tire[PLACE] = simd.sub_f64s(front, tire[BEHIND]);
+            overdue = simd.max_f64s(overdue, simd.sub_f64s(tire[PLACE], tire[UNTIL]));
         }
         if simd.reduce_max_f64s(overdue) >= 0.0 {
             self.take_lines();
         }
-        let of = |values| S::as_simd_f64s(values).0;
-        let (places, origins, levels) = (of(&self.places), of(&self.origins), of(&self.levels));
-        let (slopes, jumps, loads) = (of(&self.slopes), of(&self.jumps), of(&self.loads));
-        let (stiffness, damping) = (of(&self.stiffness), of(&self.damping));
-        let forces = S::as_mut_simd_f64s(&mut self.forces).0;
-        for (i, road) in S::as_mut_simd_f64s(road).0.iter_mut().enumerate() {
-            let rise = simd.mul_f64s(slopes[i], simd.sub_f64s(places[i], origins[i]));
-            let elevation = simd.add_f64s(levels[i], rise);
-            *road = simd.add_f64s(elevation, jumps[i]);
-            let static_and_damper = simd.mul_add_f64s(damping[i], slopes[i], loads[i]);
-            forces[i] = simd.mul_add_f64s(stiffness[i], elevation, static_and_damper);
+        let road = S::as_mut_simd_f64s(road).0;
+        for (tire, road) in rows_mut::<S>(&mut self.tires).iter_mut().zip(road) {
+            let rise = simd.mul_f64s(tire[SLOPE], simd.sub_f64s(tire[PLACE], tire[ORIGIN]));
+            let elevation = simd.add_f64s(tire[LEVEL], rise);
+            *road = simd.add_f64s(elevation, tire[JUMP]);
+            let static_and_damper = simd.mul_add_f64s(tire[DAMPING], tire[SLOPE], tire[LOAD]);
+            tire[FORCE] = simd.mul_add_f64s(tire[STIFFNESS], elevation, static_and_damper);
         }
     }
 
@@ -255,29 +253,36 @@ impl<'a> Contacts<'a> {
         let tires = self.wheels.len() / self.group.len();
         for (lane, Passage { run, .. }) in self.group.iter().enumerate() {
             for i in 0..tires {
-                let at = i * self.lanes + lane;
-                if self.places[at] < self.until[at] {
+                let place = *self.number(i, PLACE, lane);
+                if place < *self.number(i, UNTIL, lane) {
                     continue;
                 }
-                let wheel = &mut self.wheels[lane * tires + i];
-                let line = wheel.line(self.places[at], run.reach(), run.nudge());
-                self.origins[at] = line.origin;
-                self.levels[at] = line.level;
-                self.slopes[at] = line.slope;
-                self.until[at] = line.until;
-                self.jumps[at] = line.jump;
+                let line = self.wheels[lane * tires + i].line(place, run.reach(), run.nudge());
+                *self.number(i, ORIGIN, lane) = line.origin;
+                *self.number(i, LEVEL, lane) = line.level;
+                *self.number(i, SLOPE, lane) = line.slope;
+                *self.number(i, UNTIL, lane) = line.until;
+                *self.number(i, JUMP, lane) = line.jump;
             }
         }
     }
 
-    /// Add what the motion of the vehicles makes of the forces.
+    /// Complete the forces by what the motion of the vehicles makes of them.
     #[inline(always)]
-    fn add_to_forces<S: Simd>(&mut self, simd: S, felt: &[f64]) {
-        let forces = S::as_mut_simd_f64s(&mut self.forces).0;
-        for (force, &felt) in forces.iter_mut().zip(S::as_simd_f64s(felt).0) {
-            *force = simd.add_f64s(*force, felt);
+    fn complete<S: Simd>(&mut self, simd: S, felt: &[f64], forces: &mut [f64]) {
+        let tires = rows_mut::<S>(&mut self.tires).iter();
+        let felt = S::as_simd_f64s(felt).0;
+        let forces = S::as_mut_simd_f64s(forces).0;
+        for ((force, tire), &felt) in forces.iter_mut().zip(tires).zip(felt) {
+            *force = simd.add_f64s(tire[FORCE], felt);
         }
     }
+}
+
+/// The numbers of each tire.
+#[inline(always)]
+fn rows_mut<S: Simd>(tires: &mut [f64]) -> &mut [[S::f64s; NUMBERS]] {
+    S::as_mut_simd_f64s(tires).0.as_chunks_mut::<NUMBERS>().0
 }
 
 /// `out = M v` in every lane, `M` in blocks of [`ROWS`] rows, column by column.

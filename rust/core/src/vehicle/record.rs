@@ -16,6 +16,11 @@ pub struct Keep {
 }
 
 impl Keep {
+    /// Whether anything but the statistics is kept.
+    pub(super) fn asks(&self) -> bool {
+        self.every.is_some() || !self.stations.is_empty()
+    }
+
     pub(super) fn check(&self) -> Result<()> {
         check_count("every", self.every.unwrap_or(1), "at least 1", |every| every >= 1)?;
         for (number, &place) in self.stations.iter().enumerate() {
@@ -60,35 +65,38 @@ pub(super) struct Sums {
     /// 1 in the lanes whose vehicle counts now, and 0 in the others; and 0, or infinity.
     counts: Vec<f64>,
     shut: Vec<f64>,
-    /// Static loads, from which the sums are taken: that keeps their digits.
-    loads: Vec<f64>,
-    sum: Vec<f64>,
-    squares: Vec<f64>,
-    lowest: Vec<f64>,
-    highest: Vec<f64>,
-    airborne: Vec<f64>,
+    /// Axle by axle, number by number, lane by lane.
+    axles: Vec<f64>,
 }
+
+/// Numbers that are held of an axle, each in every lane: the static load, from which the sums are
+/// taken (that keeps their digits), the sums, the extremes, and the instants off the road.
+const LOAD: usize = 0;
+const SUM: usize = 1;
+const SQUARES: usize = 2;
+const LOWEST: usize = 3;
+const HIGHEST: usize = 4;
+const AIRBORNE: usize = 5;
+const NUMBERS: usize = 6;
 
 impl Sums {
     pub(super) fn new(axles: usize, lanes: usize, group: &[Passage<'_>]) -> Self {
-        let mut loads = vec![0.0; axles * lanes];
-        for (lane, passage) in group.iter().enumerate() {
-            for (axle, load) in passage.vehicle.static_loads().iter().enumerate() {
-                loads[axle * lanes + lane] = *load;
-            }
-        }
-        let all = |value: f64| vec![value; axles * lanes];
-        Self {
+        let mut sums = Self {
             lanes,
             counts: vec![0.0; lanes],
             shut: vec![f64::INFINITY; lanes],
-            loads,
-            sum: all(0.0),
-            squares: all(0.0),
-            lowest: all(f64::INFINITY),
-            highest: all(f64::NEG_INFINITY),
-            airborne: all(0.0),
+            axles: vec![0.0; axles * NUMBERS * lanes],
+        };
+        for (lane, passage) in group.iter().enumerate() {
+            for (axle, load) in passage.vehicle.static_loads().iter().enumerate() {
+                for (number, value) in
+                    [(LOAD, *load), (LOWEST, f64::INFINITY), (HIGHEST, f64::NEG_INFINITY)]
+                {
+                    sums.axles[(axle * NUMBERS + number) * lanes + lane] = value;
+                }
+            }
         }
+        sums
     }
 
     /// Count the vehicle of a lane from now on, or no more.
@@ -102,47 +110,46 @@ impl Sums {
     pub(super) fn take<S: Simd>(&mut self, simd: S, forces: &[f64]) {
         let (counts, shut) = (S::as_simd_f64s(&self.counts).0[0], S::as_simd_f64s(&self.shut).0[0]);
         let zero = simd.splat_f64s(0.0);
-        let sums = [&mut self.sum, &mut self.squares, &mut self.lowest, &mut self.highest];
-        let [sum, squares, lowest, highest] = sums.map(|sums| S::as_mut_simd_f64s(sums).0);
-        let airborne = S::as_mut_simd_f64s(&mut self.airborne).0;
-        let loads = S::as_simd_f64s(&self.loads).0;
-        for (axle, &force) in S::as_simd_f64s(forces).0.iter().enumerate() {
-            let above = simd.mul_f64s(counts, simd.sub_f64s(force, loads[axle]));
-            sum[axle] = simd.add_f64s(sum[axle], above);
-            squares[axle] = simd.add_f64s(squares[axle], simd.mul_f64s(above, above));
-            lowest[axle] = simd.min_f64s(lowest[axle], simd.add_f64s(force, shut));
-            highest[axle] = simd.max_f64s(highest[axle], simd.sub_f64s(force, shut));
+        let axles = S::as_mut_simd_f64s(&mut self.axles).0.as_chunks_mut::<NUMBERS>().0;
+        for (axle, &force) in axles.iter_mut().zip(S::as_simd_f64s(forces).0) {
+            let above = simd.mul_f64s(counts, simd.sub_f64s(force, axle[LOAD]));
+            axle[SUM] = simd.add_f64s(axle[SUM], above);
+            axle[SQUARES] = simd.add_f64s(axle[SQUARES], simd.mul_f64s(above, above));
+            axle[LOWEST] = simd.min_f64s(axle[LOWEST], simd.add_f64s(force, shut));
+            axle[HIGHEST] = simd.max_f64s(axle[HIGHEST], simd.sub_f64s(force, shut));
             let off = simd.less_than_or_equal_f64s(force, zero);
-            airborne[axle] = simd.add_f64s(airborne[axle], simd.select_f64s(off, counts, zero));
+            axle[AIRBORNE] = simd.add_f64s(axle[AIRBORNE], simd.select_f64s(off, counts, zero));
         }
     }
 
     /// The lane of a vehicle whose forces are not finite.
     pub(super) fn unsound_lane(&self) -> Option<usize> {
-        self.squares.iter().position(|squares| !squares.is_finite()).map(|at| at % self.lanes)
+        let axles = self.axles.chunks_exact(NUMBERS * self.lanes);
+        let squares = axles.flat_map(|axle| axle[SQUARES * self.lanes..][..self.lanes].iter());
+        squares.enumerate().find(|(_, sum)| !sum.is_finite()).map(|(at, _)| at % self.lanes)
     }
 
     /// # Errors
     /// [`Error::Diverged`] where a force was not finite.
     fn of_lane(&self, lane: usize, passage: &Passage<'_>) -> Result<Vec<Statistics>> {
         let count = (passage.run.steps + 1) as f64;
-        let statistics = |axle: usize| {
-            let at = axle * self.lanes + lane;
-            let mean = self.sum[at] / count;
-            Statistics {
-                mean: self.loads[at] + mean,
-                deviation: (self.squares[at] / count - mean * mean).max(0.0).sqrt(),
-                lowest: self.lowest[at],
-                highest: self.highest[at],
-                airborne: self.airborne[at] as usize,
+        let statistics = |axle: &[f64]| {
+            let number = |number: usize| axle[number * self.lanes + lane];
+            let mean = number(SUM) / count;
+            // A sum that is not finite must show: max() would hide it.
+            let square = number(SQUARES) / count - mean * mean;
+            if !(mean.is_finite() && square.is_finite()) {
+                return Err(diverged(passage, passage.run.total()));
             }
+            Ok(Statistics {
+                mean: number(LOAD) + mean,
+                deviation: square.max(0.0).sqrt(),
+                lowest: number(LOWEST),
+                highest: number(HIGHEST),
+                airborne: number(AIRBORNE) as usize,
+            })
         };
-        let axles: Vec<_> = (0..passage.vehicle.tires.len()).map(statistics).collect();
-        // A sum of squares that is not finite shows here, and max() hides no NaN of the mean.
-        match axles.iter().all(|axle| axle.mean.is_finite() && axle.deviation.is_finite()) {
-            true => Ok(axles),
-            false => Err(diverged(passage, passage.run.total())),
-        }
+        self.axles.chunks_exact(NUMBERS * self.lanes).map(statistics).collect()
     }
 }
 
