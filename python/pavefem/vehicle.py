@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Annotated, Self
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
@@ -259,6 +260,68 @@ class Vehicle(Model):
     def natural_frequencies(self) -> NDArray[np.float64]:
         """Undamped natural frequencies, Hz, ascending, shape (n,)."""
         return self._natural_frequencies.copy()
+
+    def modes(self) -> xr.Dataset:
+        """Modes of the damped vehicle, the road held still.
+
+        Eigenvalues s of ``(M s² + C s + K) u = 0``: one of each complex pair, and every real one,
+        which belongs to a motion that dies away without swinging. Dry friction is left out.
+
+        Returns
+        -------
+        xarray.Dataset
+            Of (mode), ascending: `frequency` |s| / 2 pi, Hz; `damping` -Re s / |s|, a part of the
+            critical one, 1 where s is real; `mover`, the unknown with most of the kinetic energy.
+            Of (mode, unknown): `shape`, complex, m and rad, with its largest entry 1; and
+            `kinetic_share`, the part of the kinetic energy, which may be below 0 where a body
+            is pinned to one that moves against it.
+
+        Examples
+        --------
+        >>> from pavefem.vehicles import tandem_truck
+        >>> modes = tandem_truck().modes()
+        >>> modes["frequency"].to_numpy()[:4].round(2)
+        array([2.09, 2.13, 7.08, 8.87])
+        """
+        mass, n = self.mass_matrix, len(self.unknowns)
+        inverse = np.linalg.inv(mass)
+        state = np.block(
+            [
+                [np.zeros((n, n)), np.eye(n)],
+                [-inverse @ self.stiffness_matrix, -inverse @ self.damping_matrix],
+            ]
+        )
+        values, vectors = np.linalg.eig(state)
+        order = np.argsort(np.abs(values), kind="stable")
+        order = order[values[order].imag >= 0.0]
+        values, shapes = values[order], vectors[:n, order].T
+        largest = np.abs(shapes).argmax(axis=1, keepdims=True)
+        shapes = shapes / np.take_along_axis(shapes, largest, axis=1)
+        energies = (shapes.conj() * (shapes @ mass)).real
+        shares = energies / energies.sum(axis=1, keepdims=True)
+        names = np.array(self.unknowns)
+        return xr.Dataset(
+            {
+                "frequency": (
+                    "mode",
+                    np.abs(values) / (2.0 * np.pi),
+                    {"units": "Hz", "long_name": "frequency of a mode"},
+                ),
+                "damping": (
+                    "mode",
+                    -values.real / np.abs(values),
+                    {"units": "1", "long_name": "part of critical damping"},
+                ),
+                "mover": ("mode", names[shares.argmax(axis=1)]),
+                "shape": (("mode", "unknown"), shapes.astype(np.complex128)),
+                "kinetic_share": (
+                    ("mode", "unknown"),
+                    shares,
+                    {"units": "1", "long_name": "part of the kinetic energy"},
+                ),
+            },
+            coords={"mode": np.arange(1, values.size + 1), "unknown": names},
+        )
 
     @cached_property
     def _natural_frequencies(self) -> NDArray[np.float64]:
