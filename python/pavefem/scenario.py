@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-import inspect
 import os
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final, Self
 
-from pydantic import (
-    ConfigDict,
-    ValidationError,
-    ValidationInfo,
-    field_serializer,
-    field_validator,
-    model_validator,
-)
+from pydantic import ConfigDict, ValidationInfo, field_serializer, field_validator, model_validator
 
-from pavefem import vehicles
 from pavefem._model import Model, NotNegative, Number, Positive
-from pavefem.errors import FormatError, SolverError
+from pavefem._tables import explain as explain  # told by the command line, too
+from pavefem._tables import make, read_toml, told_of
 from pavefem.forces import Interpolation
 from pavefem.formats import read_profile
 from pavefem.profile import Profile
 from pavefem.road import Road
 from pavefem.scheme import Scheme
-from pavefem.vehicle import Vehicle
-
-PRESETS: Final[Mapping[str, Callable[..., Vehicle]]] = {"tandem_truck": vehicles.tandem_truck}
-"""Vehicles that a scenario file can name."""
+from pavefem.vehicles import VehicleTable, tandem_truck
 
 GENERATORS: Final[Mapping[str, Callable[..., Profile]]] = {
     "smooth": Profile.smooth,
@@ -69,7 +57,7 @@ class Scenario(Model):
 
     road: Road = Road.paper()
     """The road and its pavement."""
-    vehicle: Vehicle = vehicles.tandem_truck()
+    vehicle: VehicleTable = tandem_truck()
     """The vehicle."""
     profile: Profile | None = None
     """Its profile; None is a smooth road, which leaves constant static forces."""
@@ -97,20 +85,9 @@ class Scenario(Model):
         OSError
             If the file cannot be read.
         """
-        try:
-            data = tomllib.loads(Path(path).read_text(encoding="utf-8"))
-        except (ValueError, RecursionError) as error:
-            raise FormatError(f"not a TOML file: {error}", path=path) from None
-        try:
+        data = read_toml(path)
+        with told_of(path, "scenario"):
             return cls.model_validate(data, context={"folder": Path(path).parent})
-        except ValidationError as error:
-            found = explain(error)
-            count = len(found)
-            lines = "\n".join(f"  {line}" for line in found)
-            noun = "error" if count == 1 else "errors"
-            raise FormatError(f"{count} {noun} in the scenario\n{lines}", path=path) from None
-        except SolverError as error:
-            raise FormatError(f"vehicle: {error}", path=path) from None
 
     @field_validator("profile", mode="before")
     @classmethod
@@ -124,14 +101,7 @@ class Scenario(Model):
                 return read_profile(folder / options.pop("file"), **options)
             except (OSError, TypeError) as error:
                 raise ValueError(str(error)) from None
-        return _make("make", GENERATORS, options)
-
-    @field_validator("vehicle", mode="before")
-    @classmethod
-    def _vehicle_from_table(cls, value: Any) -> Any:
-        if isinstance(value, Mapping) and "preset" in value:
-            return _make("preset", PRESETS, dict(value))
-        return value
+        return make("make", GENERATORS, options)
 
     @field_validator("scheme", mode="before")
     @classmethod
@@ -162,42 +132,3 @@ class Scenario(Model):
         if profile is None:
             return None
         return {"name": profile.name, "samples": profile.x.size, "length": profile.length}
-
-
-def explain(error: ValidationError) -> list[str]:
-    """One line for each wrong value: its key, what is wrong, and what was given."""
-    items = error.errors()
-    failed = [item["loc"] for item in items]
-    lines = []
-    for item in items:
-        # A sequence whose items all failed counts as empty; the items say what is wrong.
-        below = any(loc[: len(item["loc"])] == item["loc"] and loc != item["loc"] for loc in failed)
-        if item["type"] == "too_short" and below:
-            continue
-        key = ".".join(str(part) for part in item["loc"]) or "scenario"
-        given = item["input"]
-        shown = "" if isinstance(given, Mapping | Vehicle | Road) else f" (given {given!r})"
-        lines.append(f"{key}: {item['msg'].removeprefix('Value error, ')}{shown}")
-    return lines
-
-
-def _make(key: str, makers: Mapping[str, Callable[..., Any]], options: dict[str, Any]) -> Any:
-    """Call the maker that `options` names under `key` with the rest of them."""
-    name = options.pop(key, None)
-    if not isinstance(name, str) or name not in makers:
-        raise ValueError(f"{key} = {name!r}: must be one of {list(makers)}")
-    known = inspect.signature(makers[name]).parameters
-    unknown = [option for option in options if option not in known]
-    if unknown:
-        raise ValueError(f"{name} has no {', '.join(unknown)}; it has {', '.join(known)}")
-    missing = [
-        option
-        for option, parameter in known.items()
-        if parameter.default is inspect.Parameter.empty and option not in options
-    ]
-    if missing:
-        raise ValueError(f"{name} needs {', '.join(missing)}")
-    try:
-        return makers[name](**options)
-    except TypeError as error:
-        raise ValueError(str(error)) from None

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+import os
 from functools import cached_property
 from typing import Annotated, Self
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import Field, TypeAdapter, model_validator
 
 from pavefem import _core
 from pavefem._model import Model, NotNegative, Number, Positive
+from pavefem._tables import read_toml, told_of
 
 
 class Body(Model):
@@ -134,6 +136,25 @@ class Vehicle(Model):
     """Suspension springs and dampers."""
     tires: Annotated[tuple[Tire, ...], Field(min_length=1)]
     """Tires, an axle each, from the front to the rear."""
+
+    @classmethod
+    def from_toml(cls, path: str | os.PathLike[str]) -> Vehicle:
+        """Read a vehicle file: what the table `vehicle` of a scenario file has, on its own.
+
+        That is a `preset` with its options, or `bodies`, `springs` and `tires`.
+
+        Raises
+        ------
+        FormatError
+            If the file is not TOML or holds wrong values: one line for each, with its key.
+        OSError
+            If the file cannot be read.
+        """
+        from pavefem.vehicles import VehicleTable  # which makes vehicles
+
+        data = read_toml(path)
+        with told_of(path, "vehicle"):
+            return TypeAdapter(VehicleTable).validate_python(data)
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -1,0 +1,60 @@
+"""Ready-made vehicles.
+
+All are `Vehicle` objects; `PRESETS` has those that a file or a command can name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, Final
+
+from pydantic import BeforeValidator
+
+from pavefem._tables import make
+from pavefem.vehicle import Vehicle
+from pavefem.vehicles.paper import tandem_truck
+
+__all__ = [
+    "PRESETS",
+    "named",
+    "tandem_truck",
+]
+
+PRESETS: Final[Mapping[str, Callable[..., Vehicle]]] = {
+    "tandem_truck": tandem_truck,
+}
+"""Ready-made vehicles by name."""
+
+
+def named(name: str, **options: Any) -> Vehicle:
+    """Build a ready-made vehicle by its name.
+
+    Parameters
+    ----------
+    name : str
+        One of `PRESETS`.
+    **options
+        What the preset takes.
+
+    Raises
+    ------
+    ValueError
+        If there is no such preset, or it has no such option or value.
+
+    Examples
+    --------
+    >>> named("tandem_truck", payload=6000.0)
+    Vehicle('three-axle tandem truck', 13.6 t, 3 axles, 6 degrees of freedom)
+    """
+    return make("preset", PRESETS, {"preset": name, **options})
+
+
+def _from_table(table: Any) -> Any:
+    """Build the vehicle of a table that names a preset; leave others to the model."""
+    if isinstance(table, Mapping) and "preset" in table:
+        return make("preset", PRESETS, dict(table))
+    return table
+
+
+VehicleTable = Annotated[Vehicle, BeforeValidator(_from_table)]
+"""A vehicle as a file has it: a ``preset``, or ``bodies``, ``springs`` and ``tires``."""
