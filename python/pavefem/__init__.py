@@ -33,12 +33,14 @@ from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
 from pavefem.simulate import run, simulate
 from pavefem.transition import transition
+from pavefem.units import AxleGroup, Suspension, Tires, Unit
 from pavefem.vehicle import Body, Friction, Spring, Tire, Vehicle
 
 __version__ = version("pavefem")
 
 __all__ = [
     "Asphalt",
+    "AxleGroup",
     "Body",
     "FormatError",
     "Friction",
@@ -53,8 +55,11 @@ __all__ = [
     "Section",
     "SolverError",
     "Spring",
+    "Suspension",
     "Tire",
     "TireForces",
+    "Tires",
+    "Unit",
     "ValidityWarning",
     "Vehicle",
     "analytical",

@@ -32,6 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 from pavefem.forces import TireForces
 from pavefem.profile import MAX_SAMPLES, finite_vector
 from pavefem.result import Result
+from pavefem.units import GROUP_SPACING
 from pavefem.vehicle import Vehicle
 
 Forces = TireForces | Result | xr.Dataset
@@ -423,7 +424,7 @@ def esal(
     )
 
 
-def axle_groups(positions: ArrayLike | xr.DataArray, within: float = 2.0) -> xr.DataArray:
+def axle_groups(positions: ArrayLike | xr.DataArray, within: float = GROUP_SPACING) -> xr.DataArray:
     """Find groups of axles: one nearer than `within` to the axle ahead of it joins its group.
 
     Parameters
@@ -432,8 +433,7 @@ def axle_groups(positions: ArrayLike | xr.DataArray, within: float = 2.0) -> xr.
         Places of the axles, m, from the front to the rear; an array of two dimensions has vehicles
         as its rows, and NaN in a DataArray stands for an axle that is not there.
     within : float
-        Spacing from which groups part, m. The default keeps tandems and tridems together: Directive
-        96/53/EC limits their weight by spacings up to 1.8 m.
+        Spacing from which groups part, m; by default 2 m, which keeps tandems and tridems together.
 
     Returns
     -------

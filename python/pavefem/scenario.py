@@ -42,7 +42,7 @@ class Scenario(Model):
         vma = 25.0
 
         [vehicle]
-        preset = "tandem_truck"     # or bodies, springs and tires
+        preset = "tandem_truck"     # or units, or bodies, springs and tires
         axle_spacing = 1.3
 
         [profile]

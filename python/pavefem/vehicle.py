@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from functools import cached_property
 from typing import Annotated, Self
 
@@ -110,6 +111,8 @@ class Tire(Model):
     print_length: NotNegative = 0.0
     """Length of the tire print, over which the elevation of the road is averaged, m; 0 for a
     point."""
+    dual: bool = False
+    """Whether two tires stand side by side at each end of the axle: plots show it."""
 
 
 class Vehicle(Model):
@@ -117,7 +120,8 @@ class Vehicle(Model):
 
     Places are metres behind the front axle, heights are up positive, and a body's pitch is the
     slope of its line, positive with the tail up. M, C and K are sums of energy rows: one row of
-    coefficients for each mass, spring-damper and tire.
+    coefficients for each mass, spring-damper and tire. `vehicles.from_units` makes all three from
+    trucks and trailers on groups of axles.
 
     Raises
     ------
@@ -141,7 +145,27 @@ class Vehicle(Model):
     def from_toml(cls, path: str | os.PathLike[str]) -> Vehicle:
         """Read a vehicle file: what the table `vehicle` of a scenario file has, on its own.
 
-        That is a `preset` with its options, or `bodies`, `springs` and `tires`.
+        That is a `preset` with its options, or `units`, or `bodies`, `springs` and `tires`::
+
+            name = "my lorry"
+            [[units]]
+            name = "lorry"
+            mass = 9000.0
+            x = 2.3
+            pitch_inertia = 25000.0
+            [[units.groups]]
+            x = 0.0
+            axle_mass = 700.0
+            suspension = { stiffness = 8e5, damping = 2e4 }
+            tires = { stiffness = 9e5, damping = 1e3 }
+            [[units.groups]]
+            x = 4.4
+            axles = 2
+            spacing = 1.3
+            equalization = "walking-beam"
+            axle_mass = 1000.0
+            suspension = { stiffness = 2e6, damping = 5e4 }
+            tires = { stiffness = 9e5, damping = 1e3, dual = true }
 
         Raises
         ------
@@ -214,12 +238,22 @@ class Vehicle(Model):
             )
             for i, tire in enumerate(self.tires)
         ]
-        return _core.Vehicle(
-            np.array(bodies, dtype=np.float64).reshape(-1, 5),
-            np.array(springs, dtype=np.float64).reshape(-1, 6),
-            np.array(ends, dtype=np.float64).reshape(-1, 3),
-            np.array(tires, dtype=np.float64).reshape(-1, 5),
-        )
+        try:
+            return _core.Vehicle(
+                np.array(bodies, dtype=np.float64).reshape(-1, 5),
+                np.array(springs, dtype=np.float64).reshape(-1, 6),
+                np.array(ends, dtype=np.float64).reshape(-1, 3),
+                np.array(tires, dtype=np.float64).reshape(-1, 5),
+            )
+        except ValueError as error:
+            # The core counts bodies and tires; their names say more.
+            found = re.match(r"(body|tire) (\d+): ", str(error))
+            if found is None:
+                raise
+            kind, i = found[1], int(found[2])
+            name = self.bodies[i].name if kind == "body" else self.tires[i].body
+            verb = "is" if kind == "body" else "carries"
+            raise ValueError(f"{error}; {kind} {i} {verb} {name!r}") from None
 
     def __repr__(self) -> str:
         return (

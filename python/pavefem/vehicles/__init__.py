@@ -1,4 +1,4 @@
-"""Ready-made vehicles.
+"""Ready-made vehicles, and vehicles from units.
 
 All are `Vehicle` objects; `PRESETS` has those that a file or a command can name.
 """
@@ -11,11 +11,13 @@ from typing import Annotated, Any, Final
 from pydantic import BeforeValidator
 
 from pavefem._tables import make
+from pavefem.units import from_units
 from pavefem.vehicle import Vehicle
 from pavefem.vehicles.paper import tandem_truck
 
 __all__ = [
     "PRESETS",
+    "from_units",
     "named",
     "tandem_truck",
 ]
@@ -50,11 +52,14 @@ def named(name: str, **options: Any) -> Vehicle:
 
 
 def _from_table(table: Any) -> Any:
-    """Build the vehicle of a table that names a preset; leave others to the model."""
+    """Build the vehicle of a table that names a preset or has units; leave others to the model."""
     if isinstance(table, Mapping) and "preset" in table:
         return make("preset", PRESETS, dict(table))
+    if isinstance(table, Mapping) and "units" in table:
+        return from_units(**table)
     return table
 
 
 VehicleTable = Annotated[Vehicle, BeforeValidator(_from_table)]
-"""A vehicle as a file has it: a ``preset``, or ``bodies``, ``springs`` and ``tires``."""
+"""A vehicle as a file has it: a ``preset`` with options, ``units``, or ``bodies``, ``springs`` and
+``tires``."""
