@@ -6,7 +6,7 @@ import math
 import os
 import re
 from functools import cached_property
-from typing import Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,9 @@ from pydantic import Field, TypeAdapter, model_validator
 from pavefem import _core
 from pavefem._model import Model, NotNegative, Number, Positive
 from pavefem._tables import read_toml, told_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 class Body(Model):
@@ -377,6 +380,12 @@ class Vehicle(Model):
             },
             coords={"mode": np.arange(1, values.size + 1), "unknown": names},
         )
+
+    def plot(self) -> Figure:
+        """Draw a side view with the static axle loads; see `plotting.plot_vehicle`."""
+        from pavefem import plotting  # matplotlib takes half a second to import
+
+        return plotting.plot_vehicle(self)
 
     @cached_property
     def _natural_frequencies(self) -> NDArray[np.float64]:

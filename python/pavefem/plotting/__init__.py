@@ -12,6 +12,7 @@ from pavefem.plotting.result import (
     draw_worst_instant,
     plot_result,
 )
+from pavefem.plotting.vehicle import plot_vehicle
 
 __all__ = [
     "draw_envelope",
@@ -25,4 +26,5 @@ __all__ = [
     "plot_psd",
     "plot_result",
     "plot_spatial_repeatability",
+    "plot_vehicle",
 ]
