@@ -218,7 +218,7 @@ file = "missing.csv"
         "road.sections.0.length": "greater than 0",
         "road.sections.0.pavement.element_mass": "(given -1.0)",
         "road.sections.0.pavement.asphalt.vma": "greater than 3",
-        "vehicle": "preset = 'bicycle': must be one of ['tandem_truck']",
+        "vehicle": "preset = 'bicycle': must be one of ['quarter_car', 'rigid_truck', 'tandem_",
         "scheme": "dt",
         "profile": "missing.csv",
     }.items():

@@ -14,16 +14,33 @@ from pavefem._tables import make
 from pavefem.units import from_units
 from pavefem.vehicle import Vehicle
 from pavefem.vehicles.paper import tandem_truck
+from pavefem.vehicles.presets import (
+    b_double,
+    quarter_car,
+    rigid_truck,
+    semitrailer,
+    tridem_semitrailer,
+)
 
 __all__ = [
     "PRESETS",
+    "b_double",
     "from_units",
     "named",
+    "quarter_car",
+    "rigid_truck",
+    "semitrailer",
     "tandem_truck",
+    "tridem_semitrailer",
 ]
 
 PRESETS: Final[Mapping[str, Callable[..., Vehicle]]] = {
+    "quarter_car": quarter_car,
+    "rigid_truck": rigid_truck,
     "tandem_truck": tandem_truck,
+    "semitrailer": semitrailer,
+    "tridem_semitrailer": tridem_semitrailer,
+    "b_double": b_double,
 }
 """Ready-made vehicles by name."""
 
@@ -45,8 +62,8 @@ def named(name: str, **options: Any) -> Vehicle:
 
     Examples
     --------
-    >>> named("tandem_truck", payload=6000.0)
-    Vehicle('three-axle tandem truck', 13.6 t, 3 axles, 6 degrees of freedom)
+    >>> named("rigid_truck", suspension="air", payload=6000.0)
+    Vehicle('2-axle truck on air', 13.0 t, 2 axles, 4 degrees of freedom)
     """
     return make("preset", PRESETS, {"preset": name, **options})
 
