@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
+from scipy.signal import lsim
 
 import pavefem as pf
 
@@ -176,3 +177,96 @@ def constant_forces(
     front = speed * dt * np.arange(steps + 1)
     positions = front[:, np.newaxis] - vehicle.axle_positions
     return positions, np.tile(vehicle.static_loads, (steps + 1, 1))
+
+
+def vehicle_matrices(vehicle: pf.Vehicle) -> tuple[Array, Array, Array, Array, Array]:
+    """Give M, C, K, the rows of the tires' heights, and the static loads of a vehicle.
+
+    Every body has a bounce and a pitch at first. Pins, and bodies without inertia, are constraints
+    that leave the unknowns of `Vehicle.unknowns`; the others follow from them.
+    """
+    number = {body.name: i for i, body in enumerate(vehicle.bodies)}
+    size = 2 * len(vehicle.bodies)
+
+    def height(name: str, x: float) -> Array:
+        row = np.zeros(size)
+        row[2 * number[name]] = 1.0
+        row[2 * number[name] + 1] = x - vehicle.bodies[number[name]].x
+        return row
+
+    constraints, dependent = [], []
+    for i, body in enumerate(vehicle.bodies):
+        if body.pinned_to is not None and body.pin is not None:
+            constraints.append(height(body.name, body.pin) - height(body.pinned_to, body.pin))
+            dependent.append(2 * i)
+        if body.pitch_inertia == 0.0:
+            constraints.append(np.eye(size)[2 * i + 1])
+            dependent.append(2 * i + 1)
+    free = [i for i in range(size) if i not in dependent]
+    basis = np.zeros((size, len(free)))
+    basis[free] = np.eye(len(free))
+    if dependent:
+        held = np.array(constraints)
+        basis[dependent] = -np.linalg.solve(held[:, dependent], held[:, free])
+    springs = [
+        height(spring.upper, float(np.mean([x for _, x in spring.lower_ends])))
+        - np.mean([height(name, x) for name, x in spring.lower_ends], axis=0)
+        for spring in vehicle.springs
+    ]
+    tires = [height(tire.body, tire.x) for tire in vehicle.tires]
+    elements: list[pf.Spring | pf.Tire] = [*vehicle.springs, *vehicle.tires]
+    rows = np.array([*springs, *tires]) @ basis
+    masses = np.array([[body.mass, body.pitch_inertia] for body in vehicle.bodies]).ravel()
+    mass = basis.T @ np.diag(masses) @ basis
+    damping = rows.T @ np.diag([element.damping for element in elements]) @ rows
+    stiffness = rows.T @ np.diag([element.stiffness for element in elements]) @ rows
+    weight = basis.T @ (masses * np.tile([9.81, 0.0], len(vehicle.bodies)))
+    felt = rows[len(springs) :]
+    sinking = np.linalg.solve(stiffness, weight)
+    loads = np.array([tire.stiffness for tire in vehicle.tires]) * (felt @ sinking)
+    return mass, damping, stiffness, felt, loads
+
+
+def road_under(
+    profile: pf.Profile, places: Array, lengths: Array, speed: float
+) -> tuple[Array, Array]:
+    """Elevation above the first sample, mean over prints of these lengths, and its rate."""
+    x = np.concatenate([[profile.x[0] - 100.0], profile.x, [profile.x[-1] + 100.0]])
+    z = np.pad(profile.z - profile.z[0], 1, mode="edge")
+    areas = np.concatenate([[0.0], np.cumsum(np.diff(x) * (z[1:] + z[:-1]) / 2.0)])
+
+    def area(at: Array) -> Array:
+        segment = np.searchsorted(x, at, side="right") - 1
+        along = at - x[segment]
+        slope = np.diff(z)[segment] / np.diff(x)[segment]
+        return np.asarray(areas[segment] + along * (z[segment] + slope * along / 2.0))
+
+    ahead, behind = places + lengths / 2.0, places - lengths / 2.0
+    point = lengths == 0.0
+    spread = np.where(point, 1.0, lengths)
+    mean = np.where(point, np.interp(places, x, z), (area(ahead) - area(behind)) / spread)
+    slopes = np.diff(z) / np.diff(x)
+    here = slopes[np.searchsorted(x, places, side="right") - 1]
+    across = (np.interp(ahead, x, z) - np.interp(behind, x, z)) / spread
+    return mean, speed * np.where(point, here, across)
+
+
+def tire_forces(vehicle: pf.Vehicle, elevation: Array, rate: Array, time: Array) -> Array:
+    """Tire forces by scipy.signal.lsim, for an elevation that is linear within each step.
+
+    The dampers' part of the input is the rate of the elevation. With v = v' + M^-1 R' c z it leaves
+    the input, which is the elevation alone.
+    """
+    mass, damping, stiffness, felt, loads = vehicle_matrices(vehicle)
+    n = mass.shape[0]
+    k = np.array([tire.stiffness for tire in vehicle.tires])
+    c = np.array([tire.damping for tire in vehicle.tires])
+    a, b = state_matrices(mass, damping, stiffness)
+    shift = b[n:] @ felt.T @ np.diag(c)
+    inputs = np.vstack([shift, b[n:] @ felt.T @ np.diag(k) - b[n:] @ damping @ shift])
+    system = a, inputs, np.eye(2 * n), np.zeros((2 * n, k.size))
+    start = np.concatenate([np.zeros(n), -shift @ elevation[0]])  # at rest, whatever is felt
+    _, states, _ = lsim(system, elevation, time, X0=start)
+    heights = states[:, :n] @ felt.T
+    speeds = (states[:, n:] + elevation @ shift.T) @ felt.T
+    return np.asarray(loads + k * (elevation - heights) + c * (rate - speeds))

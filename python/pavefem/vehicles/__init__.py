@@ -1,4 +1,4 @@
-"""Ready-made vehicles, and vehicles from units.
+"""Ready-made vehicles, and vehicles from units or from measured axles.
 
 All are `Vehicle` objects; `PRESETS` has those that a file or a command can name.
 """
@@ -21,10 +21,12 @@ from pavefem.vehicles.presets import (
     semitrailer,
     tridem_semitrailer,
 )
+from pavefem.vehicles.records import from_axles
 
 __all__ = [
     "PRESETS",
     "b_double",
+    "from_axles",
     "from_units",
     "named",
     "quarter_car",
