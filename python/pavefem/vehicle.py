@@ -89,7 +89,7 @@ class Spring(Model):
         if isinstance(self.lower, str) != isinstance(self.x, float) or bodies != places:
             raise ValueError(f"x has {places} places for {bodies} lower ends: must be one for each")
         if self.stiffness == self.damping == 0.0 and self.friction is None:
-            raise ValueError("stiffness and damping are 0, and there is no friction: it does nothing")
+            raise ValueError("stiffness and damping are 0, and no friction: it does nothing")
         return self
 
     @property
