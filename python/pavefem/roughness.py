@@ -39,6 +39,7 @@ __all__ = [
     "octave_means",
     "psd",
     "track_coherence",
+    "wheel_tracks",
 ]
 
 PSD_WINDOW: Final = 400.0
@@ -166,14 +167,32 @@ def mri(
     ValueError
         If the profile has not two wheel tracks.
     """
-    names = list(profile.tracks)
-    wheels = ["left", "right"] if {"left", "right"} <= set(names) else names
-    if len(wheels) != 2:
-        has = f"tracks {', '.join(names)}" if names else "one track"
+    wheels = wheel_tracks(profile)
+    if not wheels:
+        has = f"tracks {', '.join(profile.tracks)}" if profile.tracks else "one track"
         raise ValueError(f"MRI is the mean of two wheel tracks; the profile has {has}")
     both = iri(profile, segment=segment, moving_average=moving_average).sel(track=wheels)
     mean = both.mean("track").rename("mri")
     return mean.assign_attrs(units="m/km", long_name="mean roughness index")
+
+
+def wheel_tracks(profile: Profile) -> list[str]:
+    """Names of the two tracks in which the wheels of a vehicle run.
+
+    Parameters
+    ----------
+    profile : Profile
+
+    Returns
+    -------
+    list of str
+        ``"left"`` and ``"right"`` if the profile has them, else both of its tracks if there are
+        two; empty if it has not two wheel tracks.
+    """
+    names = list(profile.tracks)
+    if {"left", "right"} <= set(names):
+        return ["left", "right"]
+    return names if len(names) == 2 else []
 
 
 def psd(
