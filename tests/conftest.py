@@ -1,4 +1,4 @@
-"""Shared by all tests: a cache of matrices of their own, and the models they start from."""
+"""Shared by all tests: a cache of their own, the command line, and the models they start from."""
 
 from __future__ import annotations
 
@@ -11,8 +11,12 @@ from typing import Any
 import matplotlib
 import pytest
 from hypothesis import HealthCheck, settings
+from matplotlib.figure import Figure
+from typer.testing import CliRunner
 
 import pavefem as pf
+from pavefem import cli
+from pavefem.cli import terminal
 
 matplotlib.use("Agg")
 
@@ -29,6 +33,26 @@ settings.load_profile("pavefem")
 TESTS = Path(__file__).parent
 DATA = TESTS.parents[1] / "shared" / "data"
 """Measured data beside the project, where there are any."""
+
+
+class Outcome:
+    """What one command did."""
+
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+    def error(self) -> str:
+        """Give the one line of a failure."""
+        assert self.code == 2, (self.code, self.out, self.err)
+        assert "Traceback" not in self.err + self.out
+        lines = self.err.strip().splitlines()
+        assert len(lines) == 1, self.err
+        assert lines[0].startswith("error: ")
+        return lines[0].removeprefix("error: ")
+
+
+Run = Callable[..., Outcome]
+"""Runs a command, given its words."""
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -76,6 +100,35 @@ def run_python(cache_folder: Path, tmp_path: Path) -> Callable[..., Any]:
             timeout=timeout,
             check=False,
         )
+
+    return _run
+
+
+@pytest.fixture
+def pictures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the drawing out, which takes most of a run's time, where a test is not about it."""
+    if "draws" in request.keywords:
+        return
+
+    def save(_: Figure, path: Path, **__: object) -> None:
+        path.write_bytes(b"")
+
+    monkeypatch.setattr(Figure, "savefig", save)
+
+
+@pytest.fixture
+def pavefem(tmp_path: Path, pictures: None, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Run the command in an empty folder, on a wide terminal."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    for console in (terminal.console, terminal.errors):
+        monkeypatch.setattr(console, "_width", 200, raising=False)
+
+    def _run(*arguments: str) -> Outcome:
+        result = CliRunner().invoke(cli.app, list(arguments))
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return Outcome(result.exit_code, result.stdout, result.stderr)
 
     return _run
 

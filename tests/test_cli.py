@@ -1,4 +1,4 @@
-"""The command line: what it writes, what it prints, how options change the inputs, how it fails."""
+"""``pavefem run``: what it writes, what it prints, how options change the inputs, how it fails."""
 
 from __future__ import annotations
 
@@ -9,65 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import DATA
-from matplotlib.figure import Figure
-from typer.testing import CliRunner
+from conftest import DATA, Run
 
 import pavefem as pf
 from pavefem import cli
 
 PNG = b"\x89PNG\r\n\x1a\n"
 IRI_SOREL = DATA / "iri_sorel" / "profile_1.txt"
-
-
-class Outcome:
-    """What one command did."""
-
-    def __init__(self, code: int, out: str, err: str) -> None:
-        self.code, self.out, self.err = code, out, err
-
-    def error(self) -> str:
-        """Give the one line of a failure."""
-        assert self.code == 2, (self.code, self.out, self.err)
-        assert "Traceback" not in self.err + self.out
-        lines = self.err.strip().splitlines()
-        assert len(lines) == 1, self.err
-        assert lines[0].startswith("error: ")
-        return lines[0].removeprefix("error: ")
-
-
-@pytest.fixture
-def pictures(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Leave the drawing out, which takes most of a run's time, where a test is not about it."""
-    if "draws" in request.keywords:
-        return
-
-    def save(_: Figure, path: Path, **__: object) -> None:
-        path.write_bytes(b"")
-
-    monkeypatch.setattr(Figure, "savefig", save)
-
-
-@pytest.fixture
-def pavefem(
-    tmp_path: Path, pictures: None, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., Outcome]:
-    """Run the command in an empty folder, on a wide terminal."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "200")
-    for console in (cli.console, cli.errors):
-        monkeypatch.setattr(console, "_width", 200, raising=False)
-
-    def _run(*arguments: str) -> Outcome:
-        result = CliRunner().invoke(cli.app, list(arguments))
-        if result.exception is not None and not isinstance(result.exception, SystemExit):
-            raise result.exception
-        return Outcome(result.exit_code, result.stdout, result.stderr)
-
-    return _run
-
-
-Run = Callable[..., Outcome]
 
 
 # --- what it does -----------------------------------------------------------------------------
@@ -178,6 +126,16 @@ def test_measured_profile(pavefem: Run, tmp_path: Path) -> None:
     assert expected.name in done.out
 
 
+def test_elevation_unit_of_the_profile(pavefem: Run, tmp_path: Path) -> None:
+    site = pf.Profile.iso8608("B", 30.0, seed=1)
+    np.savetxt(tmp_path / "site.csv", np.column_stack([site.x, 1e3 * site.z]), "%.17g", ",")
+    done = pavefem("run", "--profile", "site.csv", "--elevation-unit", "mm")
+    assert done.code == 0, done.err
+    profile = pf.load_result(tmp_path / "out" / "result.nc").scenario.profile
+    assert profile is not None
+    np.testing.assert_allclose(profile.z, site.z, rtol=1e-12)
+
+
 def test_profile_option_has_no_run_in_of_its_own(pavefem: Run, tmp_path: Path) -> None:
     pf.Profile.iso8608("A", 30.0).to_csv(tmp_path / "site.csv")
     assert pavefem("run", "--profile", "site.csv").code == 0
@@ -262,6 +220,8 @@ FAILURES: list[tuple[list[str], str]] = [
     (["--profile", "short.csv"], "is 10 m long"),
     (["--profile", "picture.xyz"], "not a profile format"),
     (["--profile", "site.csv", "--smooth"], "exclude each other"),
+    (["--elevation-unit", "mm"], "--elevation-unit is the unit of --profile"),
+    (["--profile", "site.csv", "--elevation-unit", "ell"], "elevation_unit must be one of m, cm"),
     (["none.toml"], "none.toml"),
     (["broken.toml"], "not a TOML file"),
     (["own.toml", "--payload", "5"], "has a vehicle of its own"),
@@ -334,7 +294,7 @@ def test_ctrl_c_says_stopped(pavefem: Run, monkeypatch: pytest.MonkeyPatch, tmp_
     def interrupt(*_: Any, **__: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli, "run_scenario", interrupt)
+    monkeypatch.setattr(cli.run, "run_scenario", interrupt)
     done = pavefem("run", "--smooth")
     assert done.code == 130
     assert done.err == "error: stopped\n"

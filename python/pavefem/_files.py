@@ -13,6 +13,8 @@ from pathlib import Path
 def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a file beside `path` to write; it takes the place of `path` if nothing is raised."""
     target = Path(path)
+    if target.exists() and not target.is_file():
+        raise OSError(f"{target} is a directory or a device; a file is needed")
     if not target.parent.is_dir():
         raise FileNotFoundError(f"no such folder: {target.parent}")
     handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
@@ -25,3 +27,13 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def check_writable(folder: Path) -> None:
+    """Make a folder if need be, and see that a file can be made in it, before any work is done."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise OSError(f"cannot write to the folder {folder}: {error.strerror or error}") from None

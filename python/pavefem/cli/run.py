@@ -1,63 +1,29 @@
-"""The command line: ``pavefem run``."""
+"""``pavefem run``: one truck over one road."""
 
 from __future__ import annotations
 
 import os
-import tempfile
-import warnings
 from pathlib import Path
-from typing import Annotated, Any, TextIO
+from typing import Annotated, Any, Final
 
 import typer
-from pydantic import ValidationError
-from rich.console import Console
-from rich.table import Table
-from rich.text import Text
 
-import pavefem
 from pavefem import vehicles
-from pavefem.errors import PavefemError
+from pavefem._files import check_writable
+from pavefem.cli.profiles import ElevationUnit, reader_options
+from pavefem.cli.terminal import console, print_figures, reporting
 from pavefem.formats import PROFILE_READERS, read_profile
 from pavefem.profile import Profile
 from pavefem.result import Result
-from pavefem.scenario import Scenario, explain
+from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
 from pavefem.simulate import run as run_scenario
 
-DEFAULT_RUN_IN = 50.0
+DEFAULT_RUN_IN: Final = 50.0
 """Run-in on the built-in profile, m."""
 
-app = typer.Typer(
-    help="""What heavy vehicles on rough roads do to pavements.
 
-Units are SI unless an option says otherwise: lengths in m, masses in kg, times in s; speeds are in
-km/h, temperatures in °C and voids (VMA) in percent. Deflections are up positive in files, and
-printed in mm.""",
-    no_args_is_help=True,
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-)
-console = Console()
-errors = Console(stderr=True)
-
-
-def _version(show: bool) -> None:
-    if show:
-        console.print(f"pavefem {pavefem.__version__}", highlight=False)
-        raise typer.Exit
-
-
-@app.callback()
-def main(
-    version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
-    ] = False,
-) -> None:
-    """Take the options that stand before a command."""
-
-
-@app.command()
+@reporting()
 def run(
     scenario: Annotated[
         Path | None,
@@ -67,6 +33,7 @@ def run(
         Path | None,
         typer.Option(help=f"Profile: station and elevation, {', '.join(PROFILE_READERS)}."),
     ] = None,
+    elevation_unit: ElevationUnit = None,
     speed: Annotated[float | None, typer.Option(help="Speed, km/h.  [default: 65]")] = None,
     temperature: Annotated[
         float | None, typer.Option(help="Asphalt temperature, °C.  [default: 20]")
@@ -109,37 +76,19 @@ def run(
         "run_in": run_in,
         "scheme": scheme,
     }
-    try:
-        with warnings.catch_warnings():
-            warnings.showwarning = _print_warning
-            inputs = _scenario(
-                scenario,
-                {key: value for key, value in changes.items() if value is not None},
-                profile=profile,
-                smooth=smooth,
-                vma=vma,
-                truck={
-                    key: value
-                    for key, value in {"axle_spacing": axle_spacing, "payload": payload}.items()
-                    if value is not None
-                },
-            )
-            _check_writable(out)
-            result = run_scenario(inputs, cache=cache, progress=True)
-            _report(result, out)
-    except ValidationError as error:
-        for line in explain(error):
-            _print_error(line)
-        raise typer.Exit(2) from None
-    except (PavefemError, ValueError, OSError) as error:
-        _print_error(str(error))
-        raise typer.Exit(2) from None
-    except MemoryError:
-        _print_error("no memory for this run: use a shorter road or a longer time step")
-        raise typer.Exit(2) from None
-    except KeyboardInterrupt:
-        _print_error("stopped")
-        raise typer.Exit(130) from None
+    truck = {"axle_spacing": axle_spacing, "payload": payload}
+    inputs = _scenario(
+        scenario,
+        {key: value for key, value in changes.items() if value is not None},
+        profile=profile,
+        elevation_unit=elevation_unit,
+        smooth=smooth,
+        vma=vma,
+        truck={key: value for key, value in truck.items() if value is not None},
+    )
+    check_writable(out)
+    result = run_scenario(inputs, cache=cache, progress=True)
+    _report(result, out)
 
 
 def _scenario(
@@ -147,6 +96,7 @@ def _scenario(
     changes: dict[str, Any],
     *,
     profile: Path | None,
+    elevation_unit: str | None,
     smooth: bool,
     vma: float | None,
     truck: dict[str, Any],
@@ -154,9 +104,11 @@ def _scenario(
     """Take the scenario file, or the default run, with the options' changes."""
     if smooth and profile is not None:
         raise ValueError("--smooth and --profile exclude each other")
+    if elevation_unit is not None and profile is None:
+        raise ValueError("--elevation-unit is the unit of --profile, and none is given")
     base = Scenario() if path is None else Scenario.from_toml(path)
     if profile is not None:
-        changes["profile"] = read_profile(profile)
+        changes["profile"] = read_profile(profile, **reader_options(elevation_unit=elevation_unit))
     elif smooth:
         changes["profile"] = None
         changes.setdefault("run_in", 0.0)
@@ -178,23 +130,10 @@ def _scenario(
     return Scenario(**(fields | changes))
 
 
-def _check_writable(out: Path) -> None:
-    """Make the folder and try it before any work is done."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=out):
-            pass
-    except OSError as error:
-        raise OSError(f"cannot write to the folder {out}: {error.strerror or error}") from None
-
-
 def _report(result: Result, out: Path) -> None:
     """Write the result, print the summary and, last, draw the pictures."""
     result.to_netcdf(out / "result.nc")
-    table = Table(title="pavefem run", show_header=False, title_justify="left")
-    for name, value in result.summary().items():
-        table.add_row(name, Text(value))
-    console.print(table)
+    print_figures("pavefem run", result.summary())
     from pavefem import plotting  # matplotlib takes half a second to import
 
     pictures = {"response.png": result.plot()}
@@ -207,20 +146,3 @@ def _report(result: Result, out: Path) -> None:
         figure.savefig(out / name, dpi=150)
     names = ", ".join(["result.nc", *pictures])
     console.print(f"wrote {names} in {out}{os.sep}", highlight=False, soft_wrap=True)
-
-
-def _print_error(message: str) -> None:
-    errors.print(f"error: {message}", style="red", highlight=False, markup=False, soft_wrap=True)
-
-
-def _print_warning(
-    message: Warning | str,
-    category: type[Warning],
-    filename: str,
-    lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
-) -> None:
-    errors.print(
-        f"warning: {message}", style="yellow", highlight=False, markup=False, soft_wrap=True
-    )
