@@ -1,4 +1,4 @@
-"""The command line: ``pavefem run``."""
+"""The command line: ``pavefem run``, ``pavefem iri`` and ``pavefem info``."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Annotated
 import typer
 
 import pavefem
-from pavefem.cli import run
+from pavefem.cli import info, iri, run
 from pavefem.cli.terminal import console
 
 app = typer.Typer(
     help="""What heavy vehicles on rough roads do to pavements.
 
 Units are SI unless an option says otherwise: lengths in m, masses in kg, times in s; speeds are in
-km/h, temperatures in °C and voids (VMA) in percent. Deflections are up
+km/h, temperatures in °C, voids (VMA) in percent and roughness (IRI) in m/km. Deflections are up
 positive in files, and printed in mm.""",
     no_args_is_help=True,
     add_completion=False,
@@ -22,6 +22,8 @@ positive in files, and printed in mm.""",
     pretty_exceptions_enable=False,
 )
 app.command("run")(run.run)
+app.command("iri")(iri.iri)
+app.command("info")(info.info)
 
 
 def _version(show: bool) -> None:

@@ -1,0 +1,142 @@
+"""``pavefem info``: what is in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Final
+
+import typer
+
+from pavefem import roughness
+from pavefem.cli.profiles import (
+    Channels,
+    Columns,
+    Decimal,
+    ElevationUnit,
+    Lateral,
+    Skip,
+    StationUnit,
+    Step,
+    reader_options,
+)
+from pavefem.cli.terminal import each_file, print_figures, reporting
+from pavefem.errors import FormatError
+from pavefem.formats import PROFILE_READERS, read_profile
+from pavefem.profile import Profile
+from pavefem.result import load_result
+from pavefem.scenario import Scenario
+from pavefem.vehicle import Vehicle
+
+OTHERS: Final = "scenarios (.toml) and results (.nc)"
+"""What is summed up beside profiles."""
+
+
+@reporting()
+def info(
+    files: Annotated[
+        list[Path],
+        typer.Argument(help=f"Profiles ({', '.join(PROFILE_READERS)}), {OTHERS}.", metavar="FILE"),
+    ],
+    elevation_unit: ElevationUnit = None,
+    station_unit: StationUnit = None,
+    columns: Columns = None,
+    channels: Channels = None,
+    step: Step = None,
+    decimal: Decimal = None,
+    skip: Skip = None,
+    lateral: Lateral = None,
+) -> None:
+    """Print what is in files, and what was understood of them.
+
+    Of a profile: stations, tracks, units, IRI, ISO 8608 class. Of a vehicle: axle loads and modes.
+    Of a scenario, its inputs; of a result, its largest deflection and forces. The options are those
+    for profiles. A file that cannot be used is reported and loses none of the others; the exit code
+    is then 2.
+    """
+    options = reader_options(
+        elevation_unit=elevation_unit,
+        station_unit=station_unit,
+        columns=columns,
+        channels=channels,
+        step=step,
+        decimal=decimal,
+        skip=skip,
+        lateral=lateral,
+    )
+
+    found, failed = each_file(files, lambda path: _summary(path, options))
+    for title, figures in found:
+        print_figures(title, figures)
+    if failed:
+        raise typer.Exit(2)
+
+
+def _summary(path: Path, options: dict[str, Any]) -> tuple[str, dict[str, str]]:
+    """Return the file with its kind, and its figures."""
+    suffix = path.suffix.lower()
+    if suffix == ".nc":
+        return f"{path}: result", load_result(path).summary()
+    if suffix == ".toml":
+        return f"{path}: scenario", _of_scenario(Scenario.from_toml(path))
+    try:
+        profile = read_profile(path, **options)
+    except FormatError as error:
+        if suffix in PROFILE_READERS or not path.is_file():
+            raise
+        raise FormatError(f"{error.message}; info also takes {OTHERS}", path=path) from None
+    return f"{path}: profile", profile.summary() | _of_roughness(profile)
+
+
+def _of_roughness(profile: Profile) -> dict[str, str]:
+    """Roughness as far as the profile has it: a short or coarse one may have none."""
+    figures = {}
+    try:
+        index = roughness.iri(profile)
+        names = list(profile.tracks) or [""]
+        values = zip(names, index.to_numpy().ravel(), strict=True)
+        figures["IRI"] = ", ".join(f"{name} {value:.2f} m/km".strip() for name, value in values)
+        wheels = roughness.wheel_tracks(profile)
+        if wheels:
+            figures["MRI"] = f"{float(index.sel(track=wheels).mean()):.2f} m/km"
+    except ValueError as error:
+        figures["IRI"] = f"none: {error}"
+    try:
+        found = roughness.iso8608_class(profile)
+        first = next((f", of track {name}" for name in profile.tracks), "")
+        figures["ISO 8608 class"] = (
+            f"{found.road_class}, G_d(n0) = {found.gd_n0:.3g} m³, "
+            f"waviness {found.waviness:.2f}{first}"
+        )
+    except ValueError as error:
+        figures["ISO 8608 class"] = f"none: {error}"
+    return figures
+
+
+def _of_scenario(scenario: Scenario) -> dict[str, str]:
+    profile = scenario.profile
+    return {
+        "speed": f"{scenario.speed_kmh:g} km/h",
+        "temperature": f"{scenario.temperature_c:g} °C",
+        "road": f"{scenario.road.length:g} m",
+        "profile": (
+            "none: a smooth road"
+            if profile is None
+            else f"{profile.name}, {profile.length:g} m, run-in {scenario.run_in:g} m"
+        ),
+        "scheme": f"{scenario.scheme}",
+        **{f"vehicle: {name}": value for name, value in _of_vehicle(scenario.vehicle).items()},
+    }
+
+
+def _of_vehicle(vehicle: Vehicle) -> dict[str, str]:
+    """Axle loads and natural frequencies."""
+    axles = zip(vehicle.axle_positions, vehicle.static_loads, strict=True)
+    return {
+        "name": vehicle.name,
+        "mass": f"{vehicle.total_mass / 1e3:.2f} t",
+        **{
+            f"axle {number}": f"at {place:.2f} m, static load {load / 1e3:.2f} kN"
+            for number, (place, load) in enumerate(axles, start=1)
+        },
+        "natural frequencies": ", ".join(f"{f:.2f}" for f in vehicle.natural_frequencies()) + " Hz",
+    }
