@@ -42,6 +42,7 @@ test: $(DONE)-package $(DONE)-test ## the Rust tests, then the Python tests
 bench: $(DONE)-package $(DONE)-test $(DONE)-peers ## our own benches, then the same work in other codes
 	cargo bench $(LOCKED)
 	$(PY) benches/peers.py
+	$(PY) benches/fleet.py
 
 lint: $(DONE)-package $(DONE)-test $(DONE)-lint ## formatting, lints, types, and the stub against the binary
 	cargo fmt --all --check
