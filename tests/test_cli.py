@@ -73,6 +73,16 @@ def test_default_run_is_the_api(pavefem: Run, tmp_path: Path) -> None:
             ["--payload", "5000", "--axle-spacing", "1.6"],
             lambda s: s.vehicle == pf.vehicles.tandem_truck(payload=5000.0, axle_spacing=1.6),
         ),
+        (["--vehicle", "b_double"], lambda s: s.vehicle == pf.vehicles.b_double()),
+        (
+            ["--vehicle", "semitrailer", "--suspension", "air", "--payload", "9000"],
+            lambda s: s.vehicle == pf.vehicles.semitrailer(suspension="air", payload=9000.0),
+        ),
+        (["--vehicle", "lorry.toml"], lambda s: s.vehicle == pf.vehicles.rigid_truck()),
+        (
+            ["case.toml", "--vehicle", "rigid_truck"],
+            lambda s: s.speed_kmh == 50.0 and s.vehicle == pf.vehicles.rigid_truck(),
+        ),
         (["--run-in", "30"], lambda s: s.run_in == 30.0),
         (["--smooth"], lambda s: s.profile is None and s.run_in == 0.0),
         (["--scheme", "paper"], lambda s: s.scheme == pf.Scheme.paper()),
@@ -83,6 +93,8 @@ def test_default_run_is_the_api(pavefem: Run, tmp_path: Path) -> None:
 def test_options_change_the_inputs(
     options: list[str], check: Callable[[pf.Scenario], bool], pavefem: Run, tmp_path: Path
 ) -> None:
+    (tmp_path / "lorry.toml").write_text('preset = "rigid_truck"')
+    (tmp_path / "case.toml").write_text('speed_kmh = 50.0\nvehicle = { preset = "b_double" }')
     done = pavefem("run", *options)
     assert done.code == 0, done.err
     assert check(pf.load_result(tmp_path / "out" / "result.nc").scenario)
@@ -179,9 +191,16 @@ def test_help_names_the_units(pavefem: Run) -> None:
     done = pavefem("run", "--help")
     assert done.code == 0
     text = re.sub(r"\s+", " ", done.out)
-    for words in ("Speed, km/h", "temperature, °C", "aggregate, %", "tandem, m", "truck, kg"):
+    for words in (
+        "Speed, km/h",
+        "temperature, °C",
+        "aggregate, %",
+        "tandem_truck, m",
+        "vehicle, kg",
+    ):
         assert words in text
     assert "--no-cache" in text
+    assert ", ".join(pf.vehicles.PRESETS) in text
     top = pavefem("--help")
     assert top.code == 0
     assert "km/h" in top.out
@@ -224,7 +243,20 @@ FAILURES: list[tuple[list[str], str]] = [
     (["--profile", "site.csv", "--elevation-unit", "ell"], "elevation_unit must be one of m, cm"),
     (["none.toml"], "none.toml"),
     (["broken.toml"], "not a TOML file"),
-    (["own.toml", "--payload", "5"], "has a vehicle of its own"),
+    (["own.toml", "--payload", "5"], "--payload: own.toml has a vehicle of its own"),
+    (["--vehicle", "lorry"], "--vehicle lorry: neither a file nor one of quarter_car, .*b_double"),
+    (["--vehicle", "none.toml"], "--vehicle none.toml: neither a file nor one of"),
+    (["--vehicle", "semitrailer", "--axle-spacing", "1.2"], "semitrailer has no axle_spacing"),
+    (["--vehicle", "quarter_car", "--payload", "5"], "quarter_car has no payload"),
+    (["--vehicle", "semitrailer", "--suspension", "wood"], "suspension: .*'steel' or 'air'"),
+    (["--vehicle", "b_double", "--payload", "-1"], "payload: .*greater than or equal to 0"),
+    (["--suspension", "air"], "tandem_truck has no suspension"),
+    (
+        ["--vehicle", "lorry.toml", "--payload", "5", "--suspension", "air"],
+        "--suspension and --payload: for ready-made vehicles only; lorry.toml is a file",
+    ),
+    (["--vehicle", "bad.csv"], "bad.csv: not a TOML file"),
+    (["--vehicle", "."], "directory"),
     (["--out", "file/out"], "cannot write to the folder file/out"),
     (["--out", "file"], "cannot write to the folder file"),
     (["."], ""),
@@ -243,6 +275,7 @@ def test_failures_are_one_clear_line(
     pf.Profile.smooth(30.0).to_csv(tmp_path / "site.csv")
     (tmp_path / "picture.xyz").write_bytes(PNG)
     (tmp_path / "broken.toml").write_text("speed_kmh = ")
+    (tmp_path / "lorry.toml").write_text('preset = "rigid_truck"')
     (tmp_path / "own.toml").write_text(
         '[vehicle]\nbodies = [{name = "m", mass = 5e3, x = 0.0}]\n'
         'tires = [{body = "m", x = 0.0, stiffness = 1e6, damping = 0.0}]'
@@ -262,6 +295,16 @@ def test_several_errors_are_a_line_each(pavefem: Run, tmp_path: Path) -> None:
     assert "speed_kmh: " in done.err
     assert "run_in: " in done.err
     assert "Traceback" not in done.err
+
+
+def test_errors_in_a_vehicle_file_are_a_line_each(pavefem: Run, tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text('preset = "b_double"\npayload = -1\nsuspension = "wood"')
+    done = pavefem("run", "--vehicle", "bad.toml")
+    assert done.code == 2
+    first, *lines = done.err.splitlines()
+    assert first == "error: bad.toml: 2 errors in the vehicle"
+    assert sorted(line.strip().split(":")[0] for line in lines) == ["payload", "suspension"]
+    assert not (tmp_path / "out").exists()
 
 
 def test_unknown_option(pavefem: Run) -> None:

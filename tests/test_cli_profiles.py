@@ -402,12 +402,31 @@ def test_info_of_a_scenario_and_of_its_result(
         assert words in done.out
     for load in scenario.vehicle.static_loads:
         assert f"static load {load / 1e3:.2f} kN" in done.out
-    assert "2.07, 2.13, 8.80, 10.90, 11.92, 22.15 Hz" in done.out
     pf.run(scenario).to_netcdf(tmp_path / "result.nc")
     done = pavefem("info", "result.nc")
     assert "result.nc: result" in done.out
     for name, value in pf.load_result(tmp_path / "result.nc").summary().items():
         assert re.search(rf"{re.escape(name)} +│ {re.escape(value)} ", done.out), name
+
+
+def test_info_of_a_vehicle(pavefem: Run, tmp_path: Path) -> None:
+    (tmp_path / "lorry.toml").write_text('preset = "rigid_truck"\nsuspension = "air"')
+    (tmp_path / "own.toml").write_text(
+        'name = "cart"\nbodies = [{name = "m", mass = 5e3, x = 0.0}]\n'
+        'tires = [{body = "m", x = 0.0, stiffness = 1e6, damping = 2e4}]'
+    )
+    done = pavefem("info", "lorry.toml", "own.toml")
+    assert (done.code, done.err) == (0, "")
+    assert "lorry.toml: vehicle" in done.out
+    lorry = pf.vehicles.rigid_truck(suspension="air")
+    for place, load in zip(lorry.axle_positions, lorry.static_loads, strict=True):
+        assert f"at {place:g} m, static load {load / 1e3:.2f} kN" in done.out
+    for frequency in lorry.modes()["frequency"].to_numpy():
+        assert f"{frequency:.2f} Hz" in done.out
+    # One mass on one spring: sqrt(k/m) and c / 2 sqrt(k m).
+    frequency, damping = np.sqrt(1e6 / 5e3) / (2 * np.pi), 2e4 / (2 * np.sqrt(1e6 * 5e3))
+    assert f"{frequency:.2f} Hz, damping {100 * damping:.0f} %, m bounce" in done.out
+    assert "cart, 5.00 t" in done.out
 
 
 def test_info_reports_each_file_that_it_cannot_take(
@@ -427,7 +446,7 @@ def test_info_reports_each_file_that_it_cannot_take(
     assert lines[3].strip().startswith("run_in: ")
     assert lines[4].startswith("error: bad.nc: not a sound netCDF file")
     assert lines[5].startswith("error: text.xyz")
-    assert lines[5].endswith("info also takes scenarios (.toml) and results (.nc)")
+    assert lines[5].endswith("info also takes vehicles and scenarios (.toml) and results (.nc)")
     assert len(lines) == 6
 
 
@@ -455,4 +474,4 @@ def test_help_names_units_and_formats(pavefem: Run) -> None:
     for words in ("m/km", ".crg, .erd, .csv", "m, cm, mm, km, in, ft, mi, mil", "--lateral"):
         assert words in text
     text = re.sub(r"\s+", " ", pavefem("info", "--help").out)
-    assert "scenarios (.toml)" in text
+    assert "vehicles and scenarios (.toml) and results (.nc)" in text

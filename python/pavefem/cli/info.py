@@ -8,6 +8,7 @@ from typing import Annotated, Any, Final
 import typer
 
 from pavefem import roughness
+from pavefem._tables import read_toml
 from pavefem.cli.profiles import (
     Channels,
     Columns,
@@ -27,8 +28,11 @@ from pavefem.result import load_result
 from pavefem.scenario import Scenario
 from pavefem.vehicle import Vehicle
 
-OTHERS: Final = "scenarios (.toml) and results (.nc)"
+OTHERS: Final = "vehicles and scenarios (.toml) and results (.nc)"
 """What is summed up beside profiles."""
+
+VEHICLE_KEYS: Final = frozenset({"preset", "units", "bodies"})
+"""Keys of which a vehicle file has one, and a scenario file none."""
 
 
 @reporting()
@@ -65,26 +69,28 @@ def info(
     )
 
     found, failed = each_file(files, lambda path: _summary(path, options))
-    for title, figures in found:
-        print_figures(title, figures)
+    for kind, path, figures in found:
+        print_figures(f"{path}: {kind}", figures)
     if failed:
         raise typer.Exit(2)
 
 
-def _summary(path: Path, options: dict[str, Any]) -> tuple[str, dict[str, str]]:
-    """Return the file with its kind, and its figures."""
+def _summary(path: Path, options: dict[str, Any]) -> tuple[str, Path, dict[str, str]]:
+    """Return what kind of file it is, and its figures."""
     suffix = path.suffix.lower()
     if suffix == ".nc":
-        return f"{path}: result", load_result(path).summary()
+        return "result", path, load_result(path).summary()
     if suffix == ".toml":
-        return f"{path}: scenario", _of_scenario(Scenario.from_toml(path))
+        if VEHICLE_KEYS & read_toml(path).keys():
+            return "vehicle", path, _of_vehicle(Vehicle.from_toml(path))
+        return "scenario", path, _of_scenario(Scenario.from_toml(path))
     try:
         profile = read_profile(path, **options)
     except FormatError as error:
         if suffix in PROFILE_READERS or not path.is_file():
             raise
         raise FormatError(f"{error.message}; info also takes {OTHERS}", path=path) from None
-    return f"{path}: profile", profile.summary() | _of_roughness(profile)
+    return "profile", path, profile.summary() | _of_roughness(profile)
 
 
 def _of_roughness(profile: Profile) -> dict[str, str]:
@@ -112,6 +118,27 @@ def _of_roughness(profile: Profile) -> dict[str, str]:
     return figures
 
 
+def _of_vehicle(vehicle: Vehicle) -> dict[str, str]:
+    """Axle loads, and modes with their part of critical damping and what moves most in them."""
+    modes = vehicle.modes()
+    rows = zip(*(modes[name].to_numpy() for name in ("frequency", "damping", "mover")), strict=True)
+    return _of_axles(vehicle) | {
+        f"mode {number}": f"{frequency:.2f} Hz, damping {100.0 * damping:.0f} %, {mover}"
+        for number, (frequency, damping, mover) in enumerate(rows, start=1)
+    }
+
+
+def _of_axles(vehicle: Vehicle) -> dict[str, str]:
+    axles = zip(vehicle.axle_positions, vehicle.static_loads, strict=True)
+    return {
+        "vehicle": f"{vehicle.name}, {vehicle.total_mass / 1e3:.2f} t",
+        **{
+            f"axle {number}": f"at {place:.5g} m, static load {load / 1e3:.2f} kN"
+            for number, (place, load) in enumerate(axles, start=1)
+        },
+    }
+
+
 def _of_scenario(scenario: Scenario) -> dict[str, str]:
     profile = scenario.profile
     return {
@@ -124,19 +151,5 @@ def _of_scenario(scenario: Scenario) -> dict[str, str]:
             else f"{profile.name}, {profile.length:g} m, run-in {scenario.run_in:g} m"
         ),
         "scheme": f"{scenario.scheme}",
-        **{f"vehicle: {name}": value for name, value in _of_vehicle(scenario.vehicle).items()},
-    }
-
-
-def _of_vehicle(vehicle: Vehicle) -> dict[str, str]:
-    """Axle loads and natural frequencies."""
-    axles = zip(vehicle.axle_positions, vehicle.static_loads, strict=True)
-    return {
-        "name": vehicle.name,
-        "mass": f"{vehicle.total_mass / 1e3:.2f} t",
-        **{
-            f"axle {number}": f"at {place:.2f} m, static load {load / 1e3:.2f} kN"
-            for number, (place, load) in enumerate(axles, start=1)
-        },
-        "natural frequencies": ", ".join(f"{f:.2f}" for f in vehicle.natural_frequencies()) + " Hz",
+        **_of_axles(scenario.vehicle),
     }

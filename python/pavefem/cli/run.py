@@ -18,6 +18,7 @@ from pavefem.result import Result
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
 from pavefem.simulate import run as run_scenario
+from pavefem.vehicle import Vehicle
 
 DEFAULT_RUN_IN: Final = 50.0
 """Run-in on the built-in profile, m."""
@@ -41,11 +42,25 @@ def run(
     vma: Annotated[
         float | None, typer.Option(help="Voids in the mineral aggregate, %.  [default: 25]")
     ] = None,
+    vehicle: Annotated[
+        str | None,
+        typer.Option(
+            help=f"A ready-made vehicle, one of {', '.join(vehicles.PRESETS)}, or a vehicle file, "
+            "TOML.  [default: tandem_truck]",
+            metavar="NAME|FILE",
+        ),
+    ] = None,
+    suspension: Annotated[
+        str | None,
+        typer.Option(help='"steel" or "air", of a ready-made vehicle that has both.'),
+    ] = None,
     axle_spacing: Annotated[
-        float | None, typer.Option(help="Spacing of the truck's tandem, m.  [default: 1.3]")
+        float | None,
+        typer.Option(help="Spacing of the tandem of tandem_truck, m.  [default: 1.3]"),
     ] = None,
     payload: Annotated[
-        float | None, typer.Option(help="Payload of the truck, kg.  [default: 12400]")
+        float | None,
+        typer.Option(help="Payload of a ready-made vehicle, kg.  [default: its own]"),
     ] = None,
     run_in: Annotated[
         float | None,
@@ -76,7 +91,7 @@ def run(
         "run_in": run_in,
         "scheme": scheme,
     }
-    truck = {"axle_spacing": axle_spacing, "payload": payload}
+    make = {"suspension": suspension, "axle_spacing": axle_spacing, "payload": payload}
     inputs = _scenario(
         scenario,
         {key: value for key, value in changes.items() if value is not None},
@@ -84,7 +99,8 @@ def run(
         elevation_unit=elevation_unit,
         smooth=smooth,
         vma=vma,
-        truck={key: value for key, value in truck.items() if value is not None},
+        vehicle=vehicle,
+        make={key: value for key, value in make.items() if value is not None},
     )
     check_writable(out)
     result = run_scenario(inputs, cache=cache, progress=True)
@@ -99,7 +115,8 @@ def _scenario(
     elevation_unit: str | None,
     smooth: bool,
     vma: float | None,
-    truck: dict[str, Any],
+    vehicle: str | None,
+    make: dict[str, Any],
 ) -> Scenario:
     """Take the scenario file, or the default run, with the options' changes."""
     if smooth and profile is not None:
@@ -115,19 +132,37 @@ def _scenario(
     elif path is None:
         changes["profile"] = Profile.iso8608("B", length=100.0, seed=1)
         changes.setdefault("run_in", DEFAULT_RUN_IN)
-    if truck:
-        if path is not None and base.vehicle != vehicles.tandem_truck():
+    if vehicle is not None:
+        changes["vehicle"] = _named_or_read(vehicle, make)
+    elif make:
+        if base.vehicle != vehicles.tandem_truck():
             raise ValueError(
-                "--axle-spacing and --payload change the built-in tandem truck, "
-                f"but {path} has a vehicle of its own"
+                f"{_options(make)}: {path} has a vehicle of its own; name one with --vehicle"
             )
-        changes["vehicle"] = vehicles.tandem_truck(**truck)
+        changes["vehicle"] = vehicles.named("tandem_truck", **make)
     if "scheme" in changes:
         changes["scheme"] = Scheme.named(changes["scheme"])
     if vma is not None:
         changes["road"] = base.road.with_asphalt(vma=vma)
     fields = {name: getattr(base, name) for name in Scenario.model_fields}
     return Scenario(**(fields | changes))
+
+
+def _named_or_read(vehicle: str, make: dict[str, Any]) -> Vehicle:
+    """Build a ready-made vehicle, or read one that is complete."""
+    if vehicle in vehicles.PRESETS:
+        return vehicles.named(vehicle, **make)
+    if not Path(vehicle).exists():
+        raise ValueError(
+            f"--vehicle {vehicle}: neither a file nor one of {', '.join(vehicles.PRESETS)}"
+        )
+    if make:
+        raise ValueError(f"{_options(make)}: for ready-made vehicles only; {vehicle} is a file")
+    return Vehicle.from_toml(vehicle)
+
+
+def _options(make: dict[str, Any]) -> str:
+    return " and ".join(f"--{name.replace('_', '-')}" for name in make)
 
 
 def _report(result: Result, out: Path) -> None:
