@@ -60,6 +60,11 @@ def commands(code: str) -> Iterator[list[str]]:
             yield shlex.split(command, comments=True)[1:]
 
 
+def pictures(text: str) -> list[str]:
+    """Find the pictures that a page shows."""
+    return re.findall(r"!\[[^\]]*\]\(([^)]+)\)", text)
+
+
 def run_process(*arguments: str, cwd: Path, timeout: float = 120.0) -> str:
     """Run the interpreter in `cwd` without a display; an error if it fails."""
     done = subprocess.run(
@@ -108,6 +113,19 @@ def test_blocks_of_a_page(page: Path, tmp_path: Path, monkeypatch: pytest.Monkey
             for command in commands(block.code):
                 main = "import sys; from pavefem.cli import app; sys.argv[0] = 'pavefem'; app()"
                 run_process("-c", main, *command, cwd=tmp_path)
+    if page.parent.name == "how-to":
+        saved = {path.name for path in tmp_path.glob("*.png")}
+        assert saved == set(pictures(page.read_text("utf-8")))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_of_a_page(page: Path) -> None:
+    """Files that a page shows or refers to are there."""
+    text = page.read_text("utf-8")
+    links = re.findall(r"\]\(([^)#\s]+)", text)
+    assert set(pictures(text)) <= set(links)
+    for link in links:
+        assert link.startswith("https://") or (page.parent / link).exists(), link
 
 
 def _doctest(block: Block, page: Path, namespace: dict[str, Any]) -> None:
