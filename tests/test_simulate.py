@@ -50,7 +50,7 @@ SCHEMES = {
     "first-order hold": pf.Scheme.paper(hold="first"),
     "hermite weights": pf.Scheme.paper(weights="hermite"),
     "winkler bed": pf.Scheme.paper(foundation="winkler"),
-    "converged, coarse": pf.Scheme.converged(element_length=0.25, dt=2e-3),
+    "converged, coarse": pf.Scheme.converged(element_length=0.25, dt=2e-3, solver="dense"),
 }
 
 

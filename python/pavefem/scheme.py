@@ -40,8 +40,11 @@ class Scheme(Model):
 
     @classmethod
     def converged(cls, **changes: Any) -> Self:
-        """Build the converged scheme: a Winkler bed, 0.125 m, Hermite weights, second order."""
-        fields = {"foundation": "winkler", "element_length": 0.125} | changes
+        """Build the converged scheme: a Winkler bed, 0.125 m, Hermite weights, second order.
+
+        By the moving window, on a road of any length.
+        """
+        fields = {"foundation": "winkler", "element_length": 0.125, "solver": "window"} | changes
         return cls(**{"weights": "hermite", "hold": "first"} | fields)
 
     @classmethod
