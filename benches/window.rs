@@ -51,7 +51,7 @@ fn windowed(length: f64, (h, foundation, scheme): Scheme, dt: f64) -> impl Fn() 
     move || {
         let sections = [section(length)];
         let mesh = Mesh::new(&sections, h, foundation, Ends::Clamped).unwrap();
-        let road = Road::new(mesh, &sections, dt, scheme, ENVELOPE).unwrap();
+        let road = Road::new(mesh, dt, scheme, ENVELOPE).unwrap();
         let loads = Loads { axles: 3, positions: &positions, forces: &forces };
         road.run(&loads, &mut |_, _| true).unwrap()
     }

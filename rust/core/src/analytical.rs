@@ -4,6 +4,15 @@ use nalgebra::Complex;
 
 use crate::error::{Result, check, not_negative, positive};
 
+/// Frequencies at which a tire force varies, Hz: none, the body's, and two about the axle's hop.
+const FREQUENCIES: [f64; 4] = [0.0, 2.0, 8.0, 16.0];
+
+/// Wave numbers that are looked at for the slowest wave.
+const WAVES: i32 = 400;
+
+/// Reach, in decay lengths of the static deflection, that counts as infinite.
+const FARTHEST: f64 = 1e6;
+
 /// An infinite beam on a damped Winkler bed, `EI w'''' + c_EI w''''_t + m w_tt + c w_t + k w = p`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WinklerBeam {
@@ -87,63 +96,37 @@ impl WinklerBeam {
             let allowed = "below the critical speed, as nothing damps the beam";
             check("speed", speed, "m/s", allowed, |v| v < self.critical_speed())?;
         }
-        // Lengths in units of 1 / lambda keep the coefficients of one size.
-        let (v, l) = (speed, self.decay());
-        let coefficients = [
-            self.stiffness,
-            -v * self.damping * l,
-            self.mass * v * v * l * l,
-            0.0,
-            self.bending_stiffness * l.powi(4),
-            -v * self.bending_damping * l.powi(5),
-        ];
+        let (l, coefficients) = (self.decay(), self.characteristic(speed, 0.0));
         let derivative = |s: Complex<f64>| {
-            let power = |i: usize| s.powu(i as u32 - 1) * (i as f64 * coefficients[i]);
+            let power = |i: usize| s.powu(i as u32 - 1) * coefficients[i] * i as f64;
             (1..coefficients.len()).map(power).sum::<Complex<f64>>()
         };
-        let roots = roots(&coefficients.map(Complex::from))
+        let roots = roots(&coefficients)
             .into_iter()
             .map(|s| (s * l, Complex::from(l) / derivative(s)))
             .collect();
         Ok(MovingLoad { roots })
     }
-}
 
-/// Frequencies at which a tire force varies, Hz: not at all, with the body, with the axle's hop.
-const FREQUENCIES: [f64; 4] = [0.0, 2.0, 8.0, 16.0];
-
-impl WinklerBeam {
     /// How far ahead of a moving force, and behind it, the deflection is more than a part
     /// `tolerance` of that under it, m; infinite where nothing damps it out.
     ///
-    /// Of a force that varies as `e^(i o t)`, from the slowest roots `s`, ahead and behind, of
-    /// `EI s^4 + c_EI s^4 d + m d^2 + c d + k = 0` with `d = i o - v s`.
+    /// From the slowest roots, ahead and behind, for a force that varies at some frequencies.
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::error::Error::Invalid) for a property or speed out of range.
     pub fn reach(&self, speed: f64, tolerance: f64) -> Result<[f64; 2]> {
         self.check()?;
         not_negative("speed", speed, "m/s")?;
-        let (v, l) = (speed, self.decay());
-        let mut reach = [0.0_f64; 2];
+        let (l, mut reach) = (self.decay(), [0.0_f64; 2]);
         for frequency in FREQUENCIES {
-            let d = Complex::new(0.0, std::f64::consts::TAU * frequency);
-            let real = Complex::from;
-            let coefficients = [
-                d * d * self.mass + d * self.damping + self.stiffness,
-                -(d * (2.0 * self.mass) + self.damping) * v * l,
-                real(self.mass * v * v * l * l),
-                real(0.0),
-                (d * self.bending_damping + self.bending_stiffness) * l.powi(4),
-                real(-v * self.bending_damping * l.powi(5)),
-            ];
-            for s in roots(&coefficients) {
+            for s in roots(&self.characteristic(speed, frequency)) {
                 let side = usize::from(s.re > 0.0);
                 reach[side] = reach[side].max(-tolerance.ln() / (s.re.abs() * l));
             }
         }
         // A root that rounding alone keeps from the imaginary axis decays nowhere.
-        Ok(reach.map(|length| if length * l < 1e6 { length } else { f64::INFINITY }))
+        Ok(reach.map(|length| if length * l < FARTHEST { length } else { f64::INFINITY }))
     }
 
     /// How long a deflection lasts until it is no more than a part `tolerance` of that under a
@@ -156,10 +139,9 @@ impl WinklerBeam {
     /// [`Error::Invalid`](crate::error::Error::Invalid) for a property out of range.
     pub fn memory(&self, tolerance: f64) -> Result<f64> {
         self.check()?;
-        let waves = 400;
         let lasts = |i: i32| {
             // Shares from one down to the tolerance.
-            let share = tolerance.powf(f64::from(i) / f64::from(waves));
+            let share = tolerance.powf(f64::from(i) / f64::from(WAVES));
             let stiffness = self.stiffness / share;
             let bending = (stiffness - self.stiffness) / self.bending_stiffness;
             let half = 0.5 * (self.damping + self.bending_damping * bending) / self.mass;
@@ -169,7 +151,24 @@ impl WinklerBeam {
             let decay = if rest > 0.0 { square / (half + rest.sqrt()) } else { half };
             (share / tolerance).ln() / decay
         };
-        Ok((0..waves).map(lasts).fold(0.0, f64::max))
+        Ok((0..WAVES).map(lasts).fold(0.0, f64::max))
+    }
+
+    /// Coefficients of `EI s^4 + c_EI s^4 d + m d^2 + c d + k` with `d = i o - v s`, in powers of
+    /// `s / lambda`, for a force that moves at `speed` and varies as `e^(i o t)`, at `frequency` Hz.
+    fn characteristic(&self, speed: f64, frequency: f64) -> [Complex<f64>; 6] {
+        // Lengths in units of 1 / lambda keep the coefficients of one size.
+        let (v, l) = (speed, self.decay());
+        let d = Complex::new(0.0, std::f64::consts::TAU * frequency);
+        let real = Complex::from;
+        [
+            d * d * self.mass + d * self.damping + self.stiffness,
+            -(d * (2.0 * self.mass) + self.damping) * v * l,
+            real(self.mass * v * v * l * l),
+            real(0.0),
+            (d * self.bending_damping + self.bending_stiffness) * l.powi(4),
+            real(-v * self.bending_damping * l.powi(5)),
+        ]
     }
 }
 

@@ -162,6 +162,11 @@ pub(crate) fn invalid(
     Error::Invalid { name: name.into(), value: value.to_string(), allowed: allowed.into() }
 }
 
+/// The error of a response that is not finite, noticed after so many steps of `dt`.
+pub(crate) fn diverged(quantity: &'static str, step: usize, dt: f64) -> Error {
+    Error::Diverged { quantity, step, time: step as f64 * dt }
+}
+
 /// `value` if it is finite and `allowed` holds for it.
 pub(crate) fn check(
     name: &str,

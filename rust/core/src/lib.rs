@@ -15,9 +15,10 @@
 //! | `F` | axle force, positive pressing on the road | N | [`vehicle`] |
 //! | IRI | international roughness index | m/km | [`roughness`] |
 //!
-//! Data flows one way: sections make a [`pavement::Strip`], its matrices a [`transition::Transition`],
-//! a [`vehicle::Vehicle`] over a profile makes forces, and [`response::dense::Stepper`] makes
-//! deflections of them.
+//! Data flows one way: sections make a [`pavement::Mesh`], a [`vehicle::Vehicle`] over a profile
+//! makes forces, and deflections come of them by a window that moves with the vehicle
+//! ([`response::window::Road`]), or by the whole [`pavement::Strip`] and its
+//! [`transition::Transition`] ([`response::dense::Stepper`]).
 
 pub mod analytical;
 pub mod asphalt;

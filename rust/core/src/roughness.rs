@@ -13,7 +13,7 @@
 //! Between two samples the slope is constant, which `Phi` and `Gamma` of [`Transition`] follow
 //! exactly.
 
-use crate::error::{Error, Result, Watch, check, check_count, go_on, invalid, unwatched};
+use crate::error::{Result, Watch, check, check_count, diverged, go_on, invalid, unwatched};
 use crate::linalg::DMatrix;
 use crate::transition::{Form, System, Transition};
 
@@ -49,7 +49,7 @@ impl GoldenCar {
     /// The car over samples `spacing` apart, m.
     ///
     /// # Errors
-    /// [`Error::Invalid`] unless the spacing is 1e-6 m to [`START`].
+    /// [`Error::Invalid`](crate::error::Error::Invalid) unless the spacing is 1e-6 m to [`START`].
     pub fn new(spacing: f64) -> Result<Self> {
         check("spacing", spacing, "m", "1e-6 to 11 m", |s| (1e-6..=START).contains(&s))?;
         let rows = |values: [f64; 4]| DMatrix::from_row_slice(2, 2, &values);
@@ -92,9 +92,9 @@ impl GoldenCar {
 /// next. The last one may be shorter than the others; a rest too short for a base is none.
 ///
 /// # Errors
-/// [`Error::Invalid`] for a spacing outside 1e-6 m to [`START`], an elevation that is not finite, a
-/// profile shorter than the base, or a segment shorter than the spacing; [`Error::Diverged`] where
-/// the elevations are too large for a double; [`Error::Stopped`].
+/// [`Error::Invalid`](crate::error::Error::Invalid) for a spacing outside 1e-6 m to [`START`], an elevation that is not finite, a
+/// profile shorter than the base, or a segment shorter than the spacing; [`Error::Diverged`](crate::error::Error::Diverged) where
+/// the elevations are too large for a double; [`Error::Stopped`](crate::error::Error::Stopped).
 pub fn iri(
     elevations: &[f64],
     spacing: f64,
@@ -134,8 +134,7 @@ pub fn iri(
             step += 1;
         }
         if !f64::is_finite(sum) {
-            let time = step as f64 * spacing / SPEED;
-            return Err(Error::Diverged { quantity: "golden car's slope", step, time });
+            return Err(diverged("golden car's slope", step, spacing / SPEED));
         }
         found.push(PER_KM * sum / (to - from) as f64);
     }

@@ -263,10 +263,7 @@ fn run<'py>(
 
 /// A road stepped through a window.
 #[pyclass(frozen, module = "pavefem._core")]
-pub(crate) struct Window {
-    road: window::Road,
-    nodes: Vec<f64>,
-}
+pub(crate) struct Window(window::Road);
 
 #[pymethods]
 impl Window {
@@ -286,16 +283,13 @@ impl Window {
     ) -> PyResult<Self> {
         let sections = self::sections(&sections)?;
         let mesh = mesh(&sections, element_length, foundation, ends)?;
-        let places = mesh.nodes();
         let keep = Keep { nodes, stations: vector(&stations), every };
-        window::Road::new(mesh, &sections, dt, scheme(weights, hold)?, keep)
-            .map(|road| Self { road, nodes: places })
-            .map_err(exception)
+        window::Road::new(mesh, dt, scheme(weights, hold)?, keep).map(Self).map_err(exception)
     }
 
     #[getter]
     fn nodes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, &self.nodes)
+        PyArray1::from_vec(py, self.0.nodes())
     }
 
     #[pyo3(signature = (positions, forces, progress=None))]
@@ -306,8 +300,8 @@ impl Window {
         forces: PyReadonlyArray2<'_, f64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Kept<'py>> {
-        run(py, &positions, &forces, progress, self.road.columns(), |loads, watch| {
-            self.road.run(loads, watch)
+        run(py, &positions, &forces, progress, self.0.columns(), |loads, watch| {
+            self.0.run(loads, watch)
         })
     }
 }

@@ -1,11 +1,55 @@
-//! The mesh of a road: elements, nodes, and the matrices of each element.
+//! The mesh of a road: sections, elements, nodes, and the matrices of each element.
 
 use nalgebra::Matrix4;
 
-use super::element::{bending, consistent, lumped};
-use super::load::Weights;
-use super::strip::{Ends, Foundation, Section};
-use crate::error::{Result, check, invalid, positive};
+use super::element::{Weights, bending, consistent, lumped};
+use crate::error::{Result, check, invalid, not_negative, positive};
+
+/// What the beam rests on, per metre of road.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bed {
+    /// Stiffness `k`, N/m^2.
+    pub stiffness: f64,
+    /// Damping `c`, N s/m^2.
+    pub damping: f64,
+    /// Mass that moves with the beam, kg/m.
+    pub mass: f64,
+}
+
+/// A length of road of one structure at one temperature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Section {
+    /// Length, m.
+    pub length: f64,
+    /// Bending stiffness `EI`, N m^2.
+    pub bending_stiffness: f64,
+    /// Bending damping `c_EI`, N m^2 s.
+    pub bending_damping: f64,
+    /// Mass of the beam, kg/m.
+    pub mass: f64,
+    /// The bed under it.
+    pub bed: Bed,
+}
+
+/// How the bed carries the beam.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Foundation {
+    /// A bar under every node, with the bed of half an element on each side (the paper).
+    Bars,
+    /// A continuous bed with consistent matrices.
+    Winkler,
+}
+
+/// How both ends of the strip are held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ends {
+    /// No displacement, no slope (the paper).
+    Clamped,
+    /// No displacement.
+    Pinned,
+    /// Not held.
+    Free,
+}
 
 /// Mass, damping and stiffness of one element.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,6 +117,7 @@ impl Place {
 /// Sections laid end to end from x = 0, in elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
+    sections: Vec<Section>,
     pieces: Vec<Piece>,
     elements: usize,
     length: f64,
@@ -110,7 +155,12 @@ impl Mesh {
             let allowed = format!("at least two elements of {element_length:?} m");
             return Err(invalid("road length", format!("{start:?} m"), allowed));
         }
-        Ok(Self { pieces, elements, length: start, ends })
+        Ok(Self { sections: sections.to_vec(), pieces, elements, length: start, ends })
+    }
+
+    /// The sections it was made of.
+    pub(crate) fn sections(&self) -> &[Section] {
+        &self.sections
     }
 
     /// Number of nodes.
@@ -191,6 +241,20 @@ impl Mesh {
 }
 
 impl Section {
+    fn check(&self, number: usize, element_length: f64) -> Result<()> {
+        let name = |quantity: &str| format!("section {number}: {quantity}");
+        let allowed = format!("at least one element of {element_length} m");
+        let shortest = element_length * (1.0 - 1e-9);
+        check(&name("length"), self.length, "m", &allowed, |length| length >= shortest)?;
+        positive(&name("bending stiffness"), self.bending_stiffness, "N m^2")?;
+        positive(&name("mass"), self.mass, "kg/m")?;
+        not_negative(&name("bending damping"), self.bending_damping, "N m^2 s")?;
+        not_negative(&name("bed stiffness"), self.bed.stiffness, "N/m^2")?;
+        not_negative(&name("bed damping"), self.bed.damping, "N s/m^2")?;
+        not_negative(&name("bed mass"), self.bed.mass, "kg/m")?;
+        Ok(())
+    }
+
     /// Matrices of an element of length `h` (eqs. 1, 2 and 4; bars or a bed).
     fn matrices(&self, h: f64, foundation: Foundation) -> ElementMatrices {
         let bed = match foundation {

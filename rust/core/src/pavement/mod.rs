@@ -5,6 +5,6 @@ pub mod load;
 pub mod mesh;
 pub mod strip;
 
-pub use load::Weights;
-pub use mesh::Mesh;
-pub use strip::{Bed, Ends, Foundation, Section, Strip};
+pub use element::Weights;
+pub use mesh::{Bed, Ends, Foundation, Mesh, Section};
+pub use strip::Strip;

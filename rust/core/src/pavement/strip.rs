@@ -2,57 +2,11 @@
 
 use nalgebra::{Matrix2, Matrix4};
 
-use super::load::Weights;
-use super::mesh::Mesh;
-use crate::error::{Result, check, not_negative, positive};
+use super::element::Weights;
+use super::mesh::{Ends, Foundation, Mesh, Section};
+use crate::error::Result;
 use crate::linalg::Banded;
 use crate::transition::System;
-
-/// What the beam rests on, per metre of road.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bed {
-    /// Stiffness `k`, N/m^2.
-    pub stiffness: f64,
-    /// Damping `c`, N s/m^2.
-    pub damping: f64,
-    /// Mass that moves with the beam, kg/m.
-    pub mass: f64,
-}
-
-/// A length of road of one structure at one temperature.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Section {
-    /// Length, m.
-    pub length: f64,
-    /// Bending stiffness `EI`, N m^2.
-    pub bending_stiffness: f64,
-    /// Bending damping `c_EI`, N m^2 s.
-    pub bending_damping: f64,
-    /// Mass of the beam, kg/m.
-    pub mass: f64,
-    /// The bed under it.
-    pub bed: Bed,
-}
-
-/// How the bed carries the beam.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Foundation {
-    /// A bar under every node, with the bed of half an element on each side (the paper).
-    Bars,
-    /// A continuous bed with consistent matrices.
-    Winkler,
-}
-
-/// How both ends of the strip are held.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ends {
-    /// No displacement, no slope (the paper).
-    Clamped,
-    /// No displacement.
-    Pinned,
-    /// Not held.
-    Free,
-}
 
 /// A symmetric matrix of 2x2 blocks, one row of blocks a node, each coupled to its neighbours only.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,7 +82,7 @@ impl Strip {
     /// (each section takes a whole number of equal elements), and assemble `M`, `C`, `K`.
     ///
     /// # Errors
-    /// As [`Mesh::new`].
+    /// As [`Mesh::new`] and [`Strip::of`].
     pub fn new(
         sections: &[Section],
         element_length: f64,
@@ -189,22 +143,6 @@ impl Strip {
             unknowns: std::array::from_fn(|i| self.free[2 * place.element + i]),
             weights: place.weights(weights),
         })
-    }
-}
-
-impl Section {
-    pub(super) fn check(&self, number: usize, element_length: f64) -> Result<()> {
-        let name = |quantity: &str| format!("section {number}: {quantity}");
-        let allowed = format!("at least one element of {element_length} m");
-        let shortest = element_length * (1.0 - 1e-9);
-        check(&name("length"), self.length, "m", &allowed, |length| length >= shortest)?;
-        positive(&name("bending stiffness"), self.bending_stiffness, "N m^2")?;
-        positive(&name("mass"), self.mass, "kg/m")?;
-        not_negative(&name("bending damping"), self.bending_damping, "N m^2 s")?;
-        not_negative(&name("bed stiffness"), self.bed.stiffness, "N/m^2")?;
-        not_negative(&name("bed damping"), self.bed.damping, "N s/m^2")?;
-        not_negative(&name("bed mass"), self.bed.mass, "kg/m")?;
-        Ok(())
     }
 }
 

@@ -19,7 +19,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::Hold;
 use super::kernel::{Bands, Blocks};
 use super::record::{Extremes, Keep, Record};
-use crate::error::{Error, Result, Watch, go_on, invalid, reserve};
+use crate::error::{Result, Watch, diverged, go_on, invalid, reserve};
 use crate::linalg::{DMatrix, add_scaled, multiply_add, multiply_by, zeros};
 use crate::pavement::Weights;
 use crate::pavement::load::{Loads, NodalForces};
@@ -67,8 +67,8 @@ impl Stepper {
     /// Carry the transition over a block of steps and read it at the nodes and stations.
     ///
     /// # Errors
-    /// [`Error::Invalid`] where the transition is not that of the strip, or for a station off the
-    /// road, [`Error::Stopped`].
+    /// [`Error::Invalid`](crate::error::Error::Invalid) where the transition is not that of the strip, or for a station off the
+    /// road, [`Error::Stopped`](crate::error::Error::Stopped).
     pub fn new(
         strip: Strip,
         transition: Transition,
@@ -115,8 +115,8 @@ impl Stepper {
     /// Deflection of the road under `loads`, from rest.
     ///
     /// # Errors
-    /// [`Error::Shape`] and [`Error::NonFinite`] for loads that do not fit, [`Error::Diverged`],
-    /// [`Error::Stopped`].
+    /// [`Error::Shape`](crate::error::Error::Shape) and [`Error::NonFinite`](crate::error::Error::NonFinite) for loads that do not fit, [`Error::Diverged`](crate::error::Error::Diverged),
+    /// [`Error::Stopped`](crate::error::Error::Stopped).
     pub fn run(&self, loads: &Loads<'_>, watch: &mut Watch<'_>) -> Result<Record> {
         let instants = loads.check()?;
         Arch::new().dispatch(Run { stepper: self, loads, instants, watch })
@@ -224,8 +224,7 @@ impl WithSimd for Run<'_, '_> {
             }
             if !state.displacement().iter().sum::<f64>().is_finite() {
                 let step = (start + BATCH * BLOCK).min(instants - 1);
-                let time = step as f64 * transition.dt();
-                return Err(Error::Diverged { quantity: "deflection", step, time });
+                return Err(diverged("deflection", step, transition.dt()));
             }
         }
         go_on(watch, instants - 1, instants - 1)?;

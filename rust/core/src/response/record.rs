@@ -1,6 +1,5 @@
 //! What is kept of a run: histories at chosen places, and the envelope of every node.
 
-use super::sdirk::Passed;
 use crate::error::{Error, Result, check_count, invalid};
 use crate::pavement::mesh::Place;
 use crate::pavement::strip::{Shares, Strip};
@@ -36,6 +35,14 @@ pub struct Record {
     pub history: Vec<f64>,
     /// Extremes at every node of the road, the held ones included.
     pub envelope: Envelope,
+}
+
+/// What a node has gone through for a while: extremes of its deflection, and the step of the lowest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Passed {
+    pub(super) lowest: f64,
+    pub(super) highest: f64,
+    pub(super) step: f64,
 }
 
 impl Envelope {

@@ -18,6 +18,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use nalgebra::{Matrix2, Matrix4};
 use pulp::Simd;
 
+use super::record::Passed;
 use crate::pavement::Mesh;
 
 const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
@@ -59,14 +60,6 @@ pub(super) struct Windows {
     /// 0 in the lanes that count now, infinity in the others; and the step that comes next.
     shut: Vec<f64>,
     next: Vec<f64>,
-}
-
-/// What a node that leaves the window has gone through.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Passed {
-    pub(super) lowest: f64,
-    pub(super) highest: f64,
-    pub(super) step: f64,
 }
 
 impl Windows {

@@ -12,10 +12,10 @@ use super::Hold;
 use super::record::{Envelope, Keep, Record};
 use super::sdirk::{STAGES, Windows};
 use crate::analytical::WinklerBeam;
-use crate::error::{Error, Result, Watch, go_on, invalid, positive, reserve};
+use crate::error::{Result, Watch, diverged, go_on, invalid, positive, reserve};
 use crate::pavement::load::{Loads, TRACK_SHARE};
 use crate::pavement::mesh::Place;
-use crate::pavement::{Mesh, Section, Weights};
+use crate::pavement::{Mesh, Weights};
 
 /// What is left out of a deflection, as a part of that under a force.
 pub const TOLERANCE: f64 = 1e-8;
@@ -27,7 +27,6 @@ const WATCHED: usize = 256;
 #[derive(Debug)]
 pub struct Road {
     mesh: Mesh,
-    beams: Vec<WinklerBeam>,
     dt: f64,
     weights: Weights,
     hold: Hold,
@@ -39,18 +38,17 @@ impl Road {
     /// Hold a road's mesh, and check what is to be kept.
     ///
     /// # Errors
-    /// [`Error::Invalid`] for the time step, or for a station off the road.
-    pub fn new(
-        mesh: Mesh,
-        sections: &[Section],
-        dt: f64,
-        (weights, hold): (Weights, Hold),
-        keep: Keep,
-    ) -> Result<Self> {
+    /// [`Error::Invalid`](crate::error::Error::Invalid) for the time step, or for a station off the road.
+    pub fn new(mesh: Mesh, dt: f64, (weights, hold): (Weights, Hold), keep: Keep) -> Result<Self> {
         positive("time step dt", dt, "s")?;
         let probes = keep.places(&mesh)?;
-        let beams = sections.iter().map(WinklerBeam::from).collect();
-        Ok(Self { mesh, beams, dt, weights, hold, keep, probes })
+        Ok(Self { mesh, dt, weights, hold, keep, probes })
+    }
+
+    /// Places of the nodes, m, the ends included.
+    #[must_use]
+    pub fn nodes(&self) -> Vec<f64> {
+        self.mesh.nodes()
     }
 
     /// Columns of a record's history.
@@ -62,8 +60,8 @@ impl Road {
     /// Deflection of the road under `loads`, from rest. Axles only go forward.
     ///
     /// # Errors
-    /// [`Error::Shape`] and [`Error::NonFinite`] for loads that do not fit, [`Error::Invalid`] for an
-    /// axle that goes back, [`Error::Diverged`], [`Error::Stopped`].
+    /// [`Error::Shape`](crate::error::Error::Shape) and [`Error::NonFinite`](crate::error::Error::NonFinite) for loads that do not fit, [`Error::Invalid`](crate::error::Error::Invalid) for an
+    /// axle that goes back, [`Error::Diverged`](crate::error::Error::Diverged), [`Error::Stopped`](crate::error::Error::Stopped).
     pub fn run(&self, loads: &Loads<'_>, watch: &mut Watch<'_>) -> Result<Record> {
         let instants = loads.check()?;
         Arch::new().dispatch(Run { road: self, loads, instants, watch })
@@ -73,7 +71,8 @@ impl Road {
     /// remembers, s.
     fn extent(&self, speed: f64) -> Result<([f64; 2], f64)> {
         let (mut reach, mut memory) = ([0.0_f64; 2], 0.0_f64);
-        for beam in &self.beams {
+        for section in self.mesh.sections() {
+            let beam = WinklerBeam::from(section);
             // A beam without a bed has no decay: all of the road is the window.
             if beam.stiffness <= 0.0 {
                 return Ok(([f64::INFINITY; 2], f64::INFINITY));
@@ -132,8 +131,7 @@ impl WithSimd for Run<'_, '_> {
             if tick % WATCHED == 0 {
                 go_on(watch, tick, longest)?;
                 if !windows.is_sound() {
-                    let time = tick as f64 * road.dt;
-                    return Err(Error::Diverged { quantity: "deflection", step: tick, time });
+                    return Err(diverged("deflection", tick, road.dt));
                 }
             }
             windows.unload();
@@ -175,8 +173,7 @@ impl WithSimd for Run<'_, '_> {
         }
         go_on(watch, longest, longest)?;
         if !windows.is_sound() {
-            let (step, time) = (instants - 1, (instants - 1) as f64 * road.dt);
-            return Err(Error::Diverged { quantity: "deflection", step, time });
+            return Err(diverged("deflection", instants - 1, road.dt));
         }
         Ok(Record { history, envelope })
     }

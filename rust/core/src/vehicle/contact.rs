@@ -49,7 +49,7 @@ impl<'a> Profile<'a> {
         Ok(Self { x, z, interpolation })
     }
 
-    /// Segment `i` ends at sample `i`; the first begins and the last ends nowhere.
+    /// A segment, which ends at the sample of its number; the first begins and the last ends nowhere.
     #[inline(always)]
     fn segment(&self, number: usize) -> Segment {
         let Self { x, z, interpolation } = *self;

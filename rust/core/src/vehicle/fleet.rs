@@ -13,91 +13,11 @@ use super::linear::Lanes;
 use super::model::Vehicle;
 use super::nonlinear;
 use super::record::{Keep, Record};
-use crate::error::{Result, Watch, check, check_count, go_on, positive};
-
-/// Farthest place from the origin of stations, m: a micrometre is lost in rounding beyond.
-const FARTHEST: f64 = 1e9;
-
-/// Most steps of a run.
-const LONGEST: usize = 1_000_000_000;
+use super::run::{Passage, Run};
+use crate::error::{Result, Watch, go_on};
 
 /// How often the threads of a fleet are looked after.
 const INTERVAL: Duration = Duration::from_millis(20);
-
-/// One run over a profile at constant speed.
-///
-/// The vehicle starts at rest, at equilibrium on the level of the profile's first sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Run {
-    /// Speed, m/s.
-    pub speed: f64,
-    /// Time step, s.
-    pub dt: f64,
-    /// Station of the front axle when the run starts, m.
-    pub start: f64,
-    /// Steps before the first one that is kept.
-    pub skip: usize,
-    /// Steps that are kept, along with the instant they start from.
-    pub steps: usize,
-    /// Whether a tire that would pull at the road leaves it.
-    pub lift_off: bool,
-    /// Error that a step may add to a tire force where lift-off or dry friction act, as a part of
-    /// the static load: 1e-8 to 0.1.
-    pub tolerance: f64,
-}
-
-impl Run {
-    /// All steps.
-    #[inline(always)]
-    pub(super) fn total(&self) -> usize {
-        self.skip.saturating_add(self.steps)
-    }
-
-    /// Place of the front axle at a step, m.
-    #[inline(always)]
-    pub(super) fn place(&self, step: usize) -> f64 {
-        self.start + self.speed * self.dt * step as f64
-    }
-
-    /// Length of a step, m.
-    #[inline(always)]
-    pub(super) fn reach(&self) -> f64 {
-        self.speed * self.dt
-    }
-
-    /// How near a sample counts as the sample, m.
-    #[inline(always)]
-    pub(super) fn nudge(&self) -> f64 {
-        1e-6 * self.reach()
-    }
-
-    fn check(&self) -> Result<()> {
-        positive("speed", self.speed, "m/s")?;
-        positive("time step dt", self.dt, "s")?;
-        nonlinear::check_tolerance(self.tolerance)?;
-        check_count("steps", self.total(), "at most 1e9", |steps| steps <= LONGEST)?;
-        for (name, place) in [("start", self.start), ("end", self.place(self.total()))] {
-            let allowed = "within a million km of 0";
-            check(name, place, "m", allowed, |place| place.abs() <= FARTHEST)?;
-        }
-        Ok(())
-    }
-}
-
-/// A vehicle and its run.
-#[derive(Debug, Clone, Copy)]
-pub struct Passage<'a> {
-    /// The vehicle.
-    pub vehicle: &'a Vehicle,
-    /// Its run.
-    pub run: Run,
-}
-
-impl Passage<'_> {
-    fn is_linear(&self) -> bool {
-        !self.run.lift_off && self.vehicle.frictions.is_empty()
-    }
-}
 
 impl Vehicle {
     /// Tire forces over a road at constant speed.
@@ -161,8 +81,8 @@ pub fn fleet(
             records[number] = Some(record);
         }
     };
+    let total: usize = groups.iter().map(|group| steps(passages, group)).sum();
     if groups.len() == 1 || threads.get() == 1 {
-        let total: usize = groups.iter().map(|group| steps(passages, group)).sum();
         let mut done = 0;
         for group in &groups {
             let found = work(group, &mut |step, _| watch(done + step * group.len(), total))?;
@@ -170,7 +90,7 @@ pub fn fleet(
             file(group, found);
         }
     } else {
-        in_threads(passages, &groups, threads, &work, &mut file, watch)?;
+        in_threads(&groups, total, threads, &work, &mut file, watch)?;
     }
     Ok(records.into_iter().flatten().collect())
 }
@@ -215,14 +135,13 @@ impl WithSimd for CountLanes {
 
 /// Share the groups out among threads while this one watches.
 fn in_threads(
-    passages: &[Passage<'_>],
     groups: &[Vec<usize>],
+    total: usize,
     threads: NonZero<usize>,
     work: &(impl Fn(&[usize], &mut Watch<'_>) -> Result<Vec<Record>> + Sync),
     file: &mut impl FnMut(&[usize], Vec<Record>),
     watch: &mut Watch<'_>,
 ) -> Result<()> {
-    let total: usize = groups.iter().map(|group| steps(passages, group)).sum();
     let (next, done, stop) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
     let (send, receive) = mpsc::channel();
     let toil = |send: mpsc::Sender<_>| {

@@ -3,17 +3,14 @@
 use pulp::{Simd, WithSimd};
 
 use super::contact::{Profile, Wheel};
-use super::fleet::Passage;
-use super::record::{Keep, Keeper, Record, Sums, diverged};
-use crate::error::{Result, Watch, go_on, unwatched};
+use super::record::{Keep, Keeper, Record, Sums};
+use super::run::{Passage, WATCHED};
+use crate::error::{Result, Watch, diverged, go_on, unwatched};
 use crate::linalg::{DMatrix, multiply};
 use crate::transition::{Form, Transition};
 
 /// Rows of a product that are summed side by side: enough to hide the latency of an addition.
 const ROWS: usize = 8;
-
-/// Steps between two looks at the watcher.
-pub(super) const WATCHED: usize = 1024;
 
 /// One step of a vehicle at a fixed speed, as one matrix.
 ///
@@ -115,7 +112,7 @@ impl WithSimd for Lanes<'_, '_> {
             if step % WATCHED == 0 {
                 go_on(watch, step, longest)?;
                 if let Some(lane) = sums.unsound_lane() {
-                    return Err(diverged(&group[lane], step));
+                    return Err(diverged("tire force", step, group[lane].run.dt));
                 }
             }
             contacts.roll(simd, step, &mut vector[states * lanes..]);

@@ -6,8 +6,10 @@ mod linear;
 pub mod model;
 mod nonlinear;
 pub mod record;
+pub mod run;
 
 pub use contact::{Interpolation, Profile};
-pub use fleet::{Passage, Run, fleet};
+pub use fleet::fleet;
 pub use model::{Body, Friction, GRAVITY, Point, Spring, Tire, Vehicle};
 pub use record::{Keep, Record, Statistics};
+pub use run::{Passage, Run};

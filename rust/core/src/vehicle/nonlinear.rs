@@ -11,11 +11,10 @@ use nalgebra::DVector;
 use pulp::Scalar;
 
 use super::contact::{Profile, Wheel};
-use super::fleet::Passage;
-use super::linear::WATCHED;
 use super::model::Tire;
-use super::record::{Keep, Keeper, Record, Sums, diverged};
-use crate::error::{Error, Result, Watch, check, go_on, unwatched};
+use super::record::{Keep, Keeper, Record, Sums};
+use super::run::{Passage, WATCHED};
+use crate::error::{Error, Result, Watch, diverged, go_on, unwatched};
 use crate::linalg::DMatrix;
 use crate::transition::{Form, Transition};
 
@@ -51,16 +50,22 @@ struct Model<'a> {
 }
 
 /// State, and the forces of dry friction.
-#[derive(Clone)]
 struct State {
     y: DVector<f64>,
     friction: Vec<f64>,
-    /// Tire forces at the end of the step that led here, with the road as it was before there.
-    forces: Vec<f64>,
 }
 
-/// The road under a tire at both ends of a step.
-struct Road {
+/// What a step, undivided, comes to.
+struct Step {
+    state: State,
+    /// Tire forces at its end, with the road as it was before there.
+    forces: Vec<f64>,
+    /// Whether anything acted but the linear vehicle.
+    acted: bool,
+}
+
+/// What the road does to a tire during a step.
+struct Excitation {
     /// Elevation through the step, which dampers and springs feel.
     begin: f64,
     end: f64,
@@ -109,7 +114,7 @@ impl<'a> Model<'a> {
     }
 
     /// The road under the tires from `front` on.
-    fn roads(&self, wheels: &mut [Wheel<'_>], front: f64, dt: f64) -> Vec<Road> {
+    fn roads(&self, wheels: &mut [Wheel<'_>], front: f64, dt: f64) -> Vec<Excitation> {
         let Passage { vehicle, run } = self.passage;
         let (reach, nudge) = (run.speed * dt, run.nudge());
         let road = |(tire, wheel): (&Tire, &mut Wheel<'_>)| {
@@ -120,10 +125,10 @@ impl<'a> Model<'a> {
             let at_end = (end.elevation, run.speed * end.slope);
             if wheel.jumps() {
                 let mean = wheel.mean(x, x + reach);
-                return Road { begin: mean, end: mean, mean_velocity: 0.0, at_begin, at_end };
+                return Excitation { begin: mean, end: mean, mean_velocity: 0.0, at_begin, at_end };
             }
             let (begin, end) = (begin.elevation, end.elevation);
-            Road { begin, end, mean_velocity: (end - begin) / dt, at_begin, at_end }
+            Excitation { begin, end, mean_velocity: (end - begin) / dt, at_begin, at_end }
         };
         vehicle.tires.iter().zip(wheels).map(road).collect()
     }
@@ -140,9 +145,8 @@ impl<'a> Model<'a> {
         if self.passage.run.lift_off && linear < 0.0 { -linear } else { 0.0 }
     }
 
-    /// One step, undivided; and whether anything acted but the linear vehicle. None where the forces
-    /// at its end are not found.
-    fn try_step(&self, state: &State, length: &Length, roads: &[Road]) -> Option<(State, bool)> {
+    /// One step, undivided; none where the forces at its end are not found.
+    fn try_step(&self, state: &State, length: &Length, roads: &[Excitation]) -> Option<Step> {
         let vehicle = self.passage.vehicle;
         let tires = vehicle.tires.len();
         let asked = |y: &DVector<f64>| self.asked.iter().map(|row| row.dot(y)).collect::<Vec<_>>();
@@ -186,7 +190,7 @@ impl<'a> Model<'a> {
                 let forces =
                     (0..tires).map(|i| self.tire_force(i, roads[i].at_end, after[i])).collect();
                 let friction = end[tires..].iter().map(|force| -force).collect();
-                return Some((State { y, friction, forces }, acted));
+                return Some(Step { state: State { y, friction }, forces, acted });
             }
         }
         None
@@ -210,9 +214,10 @@ impl<'a> Model<'a> {
         let whole = &self.lengths[halvings];
         let roads = self.roads(wheels, front, whole.dt);
         let once = self.try_step(state, whole, &roads);
-        if let Some((once, false)) = once {
-            return Ok(once);
-        }
+        let once = match once {
+            Some(Step { state, acted: false, .. }) => return Ok(state),
+            once => once,
+        };
         let unsettled = Error::Unsettled {
             quantity: "tire forces",
             place: front,
@@ -221,21 +226,21 @@ impl<'a> Model<'a> {
         };
         let Some(half) = self.lengths.get(halvings + 1) else { return Err(unsettled) };
         let middle = front + self.passage.run.speed * half.dt;
-        if let Some((once, _)) = &once {
+        if let Some(once) = &once {
             let first = self.roads(wheels, front, half.dt);
             let second = self.roads(wheels, middle, half.dt);
-            if let Some((first, _)) = self.try_step(state, half, &first)
-                && let Some((twice, _)) = self.try_step(&first, half, &second)
+            if let Some(first) = self.try_step(state, half, &first)
+                && let Some(twice) = self.try_step(&first.state, half, &second)
                 && self.agree(once, &twice)
             {
-                return Ok(twice);
+                return Ok(twice.state);
             }
         }
         let first = self.advance(state, wheels, front, halvings + 1)?;
         self.advance(&first, wheels, middle, halvings + 1)
     }
 
-    fn agree(&self, once: &State, twice: &State) -> bool {
+    fn agree(&self, once: &Step, twice: &Step) -> bool {
         let mut pairs = once.forces.iter().zip(&twice.forces).zip(&self.tolerances);
         pairs.all(|((once, twice), tolerance)| (once - twice).abs() <= *tolerance)
     }
@@ -259,13 +264,12 @@ pub(super) fn run(
     let mut state = State {
         y: DVector::zeros(2 * vehicle.system().len()),
         friction: vec![0.0; vehicle.frictions.len()],
-        forces: Vec::new(),
     };
     for step in 0..=run.total() {
         if step % WATCHED == 0 {
             go_on(watch, step, run.total())?;
             if sums.unsound_lane().is_some() {
-                return Err(diverged(passage, step));
+                return Err(diverged("tire force", step, run.dt));
             }
         }
         let front = run.place(step);
@@ -285,11 +289,4 @@ pub(super) fn run(
         }
     }
     keeper.finish(&sums, 0)
-}
-
-/// The tolerance of a run, checked.
-pub(super) fn check_tolerance(tolerance: f64) -> Result<f64> {
-    check("tolerance", tolerance, "", "1e-8 to 0.1 of the static load", |tolerance| {
-        (1e-8..=0.1).contains(&tolerance)
-    })
 }

@@ -2,9 +2,9 @@
 
 use pulp::Simd;
 
-use super::fleet::Passage;
 use super::model::Tire;
-use crate::error::{Error, Result, check, check_count, reserve};
+use super::run::Passage;
+use crate::error::{Result, check, check_count, diverged, reserve};
 
 /// What to keep of a run besides the statistics of every axle.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -130,7 +130,7 @@ impl Sums {
     }
 
     /// # Errors
-    /// [`Error::Diverged`] where a force was not finite.
+    /// [`Error::Diverged`](crate::error::Error::Diverged) where a force was not finite.
     fn of_lane(&self, lane: usize, passage: &Passage<'_>) -> Result<Vec<Statistics>> {
         let count = (passage.run.steps + 1) as f64;
         let statistics = |axle: &[f64]| {
@@ -139,7 +139,7 @@ impl Sums {
             // A sum that is not finite must show: max() would hide it.
             let square = number(SQUARES) / count - mean * mean;
             if !(mean.is_finite() && square.is_finite()) {
-                return Err(diverged(passage, passage.run.total()));
+                return Err(diverged("tire force", passage.run.total(), passage.run.dt));
             }
             Ok(Statistics {
                 mean: number(LOAD) + mean,
@@ -226,13 +226,9 @@ impl<'a> Keeper<'a> {
     /// What was kept, with the statistics of a lane.
     ///
     /// # Errors
-    /// [`Error::Diverged`] where a force was not finite.
+    /// [`Error::Diverged`](crate::error::Error::Diverged) where a force was not finite.
     pub(super) fn finish(self, sums: &Sums, lane: usize) -> Result<Record> {
         let axles = sums.of_lane(lane, self.passage)?;
         Ok(Record { history: self.history, at_stations: self.at_stations, axles })
     }
-}
-
-pub(super) fn diverged(passage: &Passage<'_>, step: usize) -> Error {
-    Error::Diverged { quantity: "tire force", step, time: step as f64 * passage.run.dt }
 }
