@@ -15,6 +15,7 @@ import itertools
 import time
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -659,3 +660,14 @@ def test_figures(two_tracks: pf.Profile) -> None:
     assert axes.get_xscale() == axes.get_yscale() == "log"
     assert [text.get_text() for text in axes.texts] == list("ABCDEFGH")
     assert axes.get_ylabel() == "displacement PSD [m³]"
+
+
+def test_samples_that_were_coarser_in_the_file_are_warned_of(tmp_path: Path) -> None:
+    """Interpolation onto the median spacing brings no waves back."""
+    x = np.cumsum(np.tile([0.1, 0.1, 0.4], 60))
+    file = tmp_path / "irregular.txt"
+    file.write_text("".join(f"{a:.2f} {1e-3 * np.sin(a):.6f}\n" for a in x))
+    profile = pf.read_profile(file)
+    assert profile.spacing == pytest.approx(0.1)
+    with pytest.warns(pf.ValidityWarning, match=r"in the file up to 0\.4 m apart"):
+        profile.iri()

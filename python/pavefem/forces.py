@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, Literal, NamedTuple
+from typing import Final, Literal, NamedTuple, Self
 
 import numpy as np
 import xarray as xr
@@ -91,6 +91,30 @@ class TireForces:
                 "axle": ("axle", np.arange(1, self.static_loads.size + 1)),
             },
         )
+
+
+@dataclass(frozen=True)
+class AxleForces:
+    """Tire force of each axle over all instants of a run, whatever of it is kept.
+
+    Attributes
+    ----------
+    static_loads, lowest, highest : ndarray, shape (axles,)
+        Static load, smallest and largest force, N.
+    lift_off : tuple of LiftOff
+        As of `TireForces`.
+    """
+
+    static_loads: NDArray[np.float64]
+    lowest: NDArray[np.float64]
+    highest: NDArray[np.float64]
+    lift_off: tuple[LiftOff, ...] = ()
+
+    @classmethod
+    def of(cls, forces: TireForces) -> Self:
+        """Take the extremes of a run."""
+        force = forces.force
+        return cls(forces.static_loads, force.min(axis=0), force.max(axis=0), forces.lift_off)
 
 
 def tire_forces(

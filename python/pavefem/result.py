@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from pavefem._files import replacing
 from pavefem.errors import FormatError
-from pavefem.forces import LiftOff, TireForces
+from pavefem.forces import AxleForces, LiftOff, TireForces
 from pavefem.profile import Profile
 from pavefem.scenario import Scenario
 
@@ -41,6 +41,8 @@ class Result:
         Envelope: extremes of the deflection of every node over the whole run, m.
     time_of_lowest : ndarray, shape (nodes,)
         When each node was lowest, s.
+    axles : AxleForces
+        Extremes of the tire force of every axle over the whole run, N, and where it lifted off.
     time : ndarray, shape (times,)
         Instants of the histories, s.
     deflection : ndarray, shape (times, nodes) or (times, stations), or None
@@ -56,6 +58,7 @@ class Result:
     lowest: NDArray[np.float64]
     highest: NDArray[np.float64]
     time_of_lowest: NDArray[np.float64]
+    axles: AxleForces
     time: NDArray[np.float64]
     deflection: NDArray[np.float64] | None = None
     stations: NDArray[np.float64] | None = None
@@ -116,7 +119,7 @@ class Result:
     @cached_property
     def dataset(self) -> xr.Dataset:
         """All of it as an `xarray.Dataset`, with units, and every input in the attributes."""
-        metres = {"units": "m"}
+        metres, newton = {"units": "m"}, {"units": "N"}
         place = "x" if self.stations is None else "station"
         dataset = xr.Dataset(
             {
@@ -127,8 +130,24 @@ class Result:
                     self.time_of_lowest,
                     {"units": "s", "long_name": "time of the lowest deflection"},
                 ),
+                "static_load": (
+                    "axle",
+                    self.axles.static_loads,
+                    newton | {"long_name": "static axle load"},
+                ),
+                "min_force": (
+                    "axle",
+                    self.axles.lowest,
+                    newton | {"long_name": "smallest tire force of an axle"},
+                ),
+                "max_force": (
+                    "axle",
+                    self.axles.highest,
+                    newton | {"long_name": "largest tire force of an axle"},
+                ),
             },
             coords={
+                "axle": ("axle", np.arange(1, self.axles.static_loads.size + 1)),
                 "x": ("x", self.x, metres | {"long_name": "place along the road"}),
                 "time": ("time", self.time, {"units": "s"}),
             },
@@ -156,7 +175,7 @@ class Result:
 
     def _attributes(self) -> dict[str, Any]:
         scenario = self.scenario
-        lifted = () if self.forces is None else self.forces.lift_off
+        lifted = self.axles.lift_off
         return {
             "title": "Pavement response to a vehicle",
             "pavefem_version": version("pavefem"),
@@ -189,17 +208,18 @@ class Result:
             ),
             "largest rebound": f"{self.highest.max() * mm:.4f} mm",
         }
-        if self.forces is not None:
-            forces = self.forces
-            for axle, static in enumerate(forces.static_loads):
-                force = forces.force[:, axle] / 1e3
-                figures[f"axle {axle + 1}"] = (
-                    f"static {static / 1e3:.2f} kN, {force.min():.2f} to {force.max():.2f} kN"
-                )
-            for lift in forces.lift_off:
-                figures[f"axle {lift.axle} lifts off"] = (
-                    f"at {lift.instants} instants, first at x = {lift.position:.2f} m"
-                )
+        axles = self.axles
+        rows = zip(axles.static_loads, axles.lowest, axles.highest, strict=True)
+        for axle, (static, low, high) in enumerate(rows, start=1):
+            figures[f"axle {axle}"] = (
+                f"static {static / 1e3:.2f} kN, {low / 1e3:.2f} to {high / 1e3:.2f} kN"
+            )
+        # A linear tire pulls at the road where it would lift off.
+        lifts = "lifts off" if scenario.lift_off else "would lift off"
+        for lift in axles.lift_off:
+            figures[f"axle {lift.axle} {lifts}"] = (
+                f"at {lift.instants} instants, first at x = {lift.position:.2f} m"
+            )
         return figures
 
     def plot(self, x: float | None = None) -> Figure:
@@ -249,12 +269,14 @@ _DIMENSIONS: Final = {
     "tire_force": ("time", "axle"),
     "axle_position": ("time", "axle"),
     "static_load": ("axle",),
+    "min_force": ("axle",),
+    "max_force": ("axle",),
 }
 
 
 def _check_dataset(dataset: xr.Dataset) -> None:
     """Find what a file of another origin lacks or holds in another shape."""
-    for name in ("x", "time", "lowest", "highest", "time_of_lowest"):
+    for name in ("x", "time", "lowest", "highest", "time_of_lowest", "static_load"):
         if name not in dataset.variables:
             raise ValueError(f"it has no {name}")
     place = "station" if "station" in dataset.dims else "x"
@@ -291,14 +313,20 @@ def _from_dataset(dataset: xr.Dataset) -> Result:
             elevation.attrs["name"],
             tracks=tracks,
         )
+    axles = AxleForces(
+        dataset["static_load"].to_numpy(),
+        dataset["min_force"].to_numpy(),
+        dataset["max_force"].to_numpy(),
+        tuple(LiftOff(*lift) for lift in json.loads(dataset.attrs["lift_off"])),
+    )
     forces = None
     if "tire_force" in dataset:
         forces = TireForces(
             time=dataset["time"].to_numpy(),
             position=dataset["axle_position"].to_numpy(),
             force=dataset["tire_force"].to_numpy(),
-            static_loads=dataset["static_load"].to_numpy(),
-            lift_off=tuple(LiftOff(*lift) for lift in json.loads(dataset.attrs["lift_off"])),
+            static_loads=axles.static_loads,
+            lift_off=axles.lift_off,
         )
     return Result(
         scenario=Scenario.model_validate(inputs),
@@ -306,6 +334,7 @@ def _from_dataset(dataset: xr.Dataset) -> Result:
         lowest=dataset["lowest"].to_numpy(),
         highest=dataset["highest"].to_numpy(),
         time_of_lowest=dataset["time_of_lowest"].to_numpy(),
+        axles=axles,
         time=dataset["time"].to_numpy(),
         deflection=dataset["deflection"].to_numpy() if "deflection" in dataset else None,
         stations=dataset["station"].to_numpy() if "station" in dataset else None,

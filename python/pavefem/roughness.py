@@ -109,10 +109,15 @@ def iri(
     array([100., 100.,  50.])
     """
     spacing = _uniform_spacing(profile, "IRI")
-    if spacing > _core.IRI_BASE * (1.0 + UNIFORM_TOLERANCE):
+    # What was interpolated from coarser samples has no more waves than they.
+    coarsest = spacing
+    if profile.source is not None and profile.source.resampled_from is not None:
+        coarsest = max(spacing, profile.source.resampled_from[1])
+    if coarsest > _core.IRI_BASE * (1.0 + UNIFORM_TOLERANCE):
+        where = "in the file " if coarsest > spacing else ""
         _warn(
-            f"the samples of the profile are {spacing:g} m apart; IRI is for {_core.IRI_BASE:g} m "
-            "and less, shorter waves count in it"
+            f"the samples of the profile are {where}up to {coarsest:g} m apart; IRI is for "
+            f"{_core.IRI_BASE:g} m and less, shorter waves count in it"
         )
     if profile.length < _core.IRI_START * (1.0 - 1e-9):
         _warn(

@@ -13,7 +13,14 @@ from pavefem._model import whole_number
 from pavefem._progress import progress_bar
 from pavefem.asphalt import kmh
 from pavefem.cache import Recent, digest, transition
-from pavefem.forces import MEMORY_LIMIT, Interpolation, Progress, TireForces, tire_forces
+from pavefem.forces import (
+    MEMORY_LIMIT,
+    AxleForces,
+    Interpolation,
+    Progress,
+    TireForces,
+    tire_forces,
+)
 from pavefem.profile import Profile
 from pavefem.result import Result
 from pavefem.road import Road
@@ -73,7 +80,8 @@ def simulate(
     lift_off : bool
         Whether a tire that would pull leaves the road; otherwise tires are linear.
     keep : sequence of {"deflection", "tire_force"}, or "envelope"
-        Histories to keep besides the envelope; ``"envelope"`` keeps none.
+        Histories to keep besides the envelope and the extremes of the tire forces; ``"envelope"``
+        keeps none.
     every : int
         Keep every n-th instant of the histories. The envelope sees all.
     stations : sequence of float, optional
@@ -147,6 +155,7 @@ def run(
         lowest=lowest,
         highest=highest,
         time_of_lowest=step.astype(np.float64) * scenario.scheme.dt,
+        axles=AxleForces.of(forces),
         time=forces.time[::every],
         deflection=history if deflection else None,
         stations=None if stations is None else places,
