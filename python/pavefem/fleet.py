@@ -18,13 +18,13 @@ from pavefem.profile import Profile
 from pavefem.vehicle import Vehicle
 
 _STATISTICS: Final = {
-    "mean_force": "mean tire force of an axle",
-    "std_force": "standard deviation of the tire force of an axle",
-    "min_force": "smallest tire force of an axle",
-    "max_force": "largest tire force of an axle",
-    "lift_off_instants": "instants at which an axle did not press on the road",
+    "mean_force": ("N", "mean tire force of an axle"),
+    "std_force": ("N", "standard deviation of the tire force of an axle"),
+    "min_force": ("N", "smallest tire force of an axle"),
+    "max_force": ("N", "largest tire force of an axle"),
+    "lift_off_instants": ("1", "instants at which an axle did not press on the road"),
 }
-"""Columns of what the core gives for each axle."""
+"""Columns of what the core gives for each axle: units, and what they are."""
 
 
 def fleet_forces(
@@ -107,7 +107,7 @@ def fleet_forces(
     ]
     every = None if every is None else whole_number("every", every)
     threads = os.cpu_count() or 1 if threads is None else whole_number("threads", threads)
-    ends = [run.end(dt) - v.axle_positions[-1] for run, v in zip(runs, vehicles, strict=True)]
+    ends = [run.end - v.axle_positions[-1] for run, v in zip(runs, vehicles, strict=True)]
     places = _check_stations(stations, runs[0].origin, min(ends))
     axles = max(len(vehicle.tires) for vehicle in vehicles)
     times = 0 if every is None else max(run.steps for run in runs) // every + 1
@@ -121,18 +121,18 @@ def fleet_forces(
         )
     with progress_bar(progress, "vehicles") as report:
         found = _core.fleet_forces(
-            [vehicle.core for vehicle in vehicles],
-            np.array([run.row(dt) for run in runs]),
-            profile.x,
-            profile.z,
-            interpolation,
-            dt,
-            lift_off,
-            tolerance,
-            every,
-            places,
-            threads,
-            report,
+            vehicles=[vehicle.core for vehicle in vehicles],
+            runs=np.array([run.row for run in runs]),
+            x=profile.x,
+            z=profile.z,
+            interpolation=interpolation,
+            dt=dt,
+            lift_off=lift_off,
+            tolerance=tolerance,
+            every=every,
+            stations=places,
+            threads=threads,
+            progress=report,
         )
     dataset = xr.Dataset(
         coords={
@@ -148,12 +148,12 @@ def fleet_forces(
         attrs={"profile": profile.name, "dt": dt, "run_in": run_in},
     )
     newton = {"units": "N"}
-    per_axle = _stack([statistics for _, _, statistics in found], (axles, 5))
+    per_axle = _stack([statistics for _, _, statistics in found], (axles, len(_STATISTICS)))
     loads = _stack([vehicle.static_loads for vehicle in vehicles], (axles,))
     dataset["static_load"] = ("vehicle", "axle"), loads, newton | {"long_name": "static axle load"}
-    for column, (name, words) in enumerate(_STATISTICS.items()):
-        dataset[name] = ("vehicle", "axle"), per_axle[..., column], newton | {"long_name": words}
-    dataset["lift_off_instants"].attrs["units"] = "1"
+    for column, (name, (units, words)) in enumerate(_STATISTICS.items()):
+        attributes = {"units": units, "long_name": words}
+        dataset[name] = ("vehicle", "axle"), per_axle[..., column], attributes
     if stations is not None:
         dataset = dataset.assign_coords(station=("station", places, {"units": "m"}))
         values = _stack([at_stations for _, at_stations, _ in found], (places.size, axles))

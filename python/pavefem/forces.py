@@ -178,18 +178,18 @@ def tire_forces(
     if profile is None:
         return TireForces(time, position, np.tile(static, (run.steps + 1, 1)), static)
     [(force, _, _)] = _core.fleet_forces(
-        [vehicle.core],
-        np.array([run.row(dt)]),
-        profile.x,
-        profile.z,
-        interpolation,
-        dt,
-        lift_off,
-        tolerance,
-        1,
-        np.array([]),
-        1,
-        progress,
+        vehicles=[vehicle.core],
+        runs=np.array([run.row]),
+        x=profile.x,
+        z=profile.z,
+        interpolation=interpolation,
+        dt=dt,
+        lift_off=lift_off,
+        tolerance=tolerance,
+        every=1,
+        stations=np.array([]),
+        threads=1,
+        progress=progress,
     )
     lifted = tuple(
         LiftOff(axle + 1, int(off.sum()), float(position[off.argmax(), axle]))
@@ -204,16 +204,19 @@ class Run(NamedTuple):
 
     speed: float  # m/s
     origin: float  # station of the front axle at time zero, m
+    dt: float  # s
     skip: int
     steps: int
 
-    def row(self, dt: float) -> tuple[float, float, int, int]:
-        """Give the run as the core has it: it starts `skip` steps ahead of time zero."""
-        return self.speed, self.origin - self.skip * self.speed * dt, self.skip, self.steps
+    @property
+    def row(self) -> tuple[float, float, int, int]:
+        """The run as the core has it: it starts `skip` steps ahead of time zero."""
+        return self.speed, self.origin - self.skip * self.speed * self.dt, self.skip, self.steps
 
-    def end(self, dt: float) -> float:
-        """Give the station of the front axle after the last step, m."""
-        return self.origin + self.speed * dt * self.steps
+    @property
+    def end(self) -> float:
+        """Station of the front axle after the last step, m."""
+        return self.origin + self.speed * self.dt * self.steps
 
 
 def plan(
@@ -225,9 +228,10 @@ def plan(
     distance: float | None,
 ) -> Run:
     """Check a run, and count its steps."""
-    for name, given, kind in (("vehicle", vehicle, Vehicle), ("profile", profile, Profile)):
-        if not isinstance(given, kind) and not (name == "profile" and given is None):
-            raise ValueError(f"{name} is a {type(given).__name__}: must be a {kind.__name__}")
+    if not isinstance(vehicle, Vehicle):
+        raise ValueError(f"vehicle is a {type(vehicle).__name__}: must be a Vehicle")
+    if not isinstance(profile, Profile | None):
+        raise ValueError(f"profile is a {type(profile).__name__}: must be a Profile")
     if np.ndim(speed_kmh) != 0:
         raise ValueError("speed_kmh must be one number")
     speed = float(kmh(speed_kmh))
@@ -263,4 +267,4 @@ def plan(
             f"{distance:g} m at {speed_kmh:g} km/h take {steps} steps of {dt:g} s: "
             "must be 1 to 100 million"
         )
-    return Run(speed, origin, math.ceil(run_in / (speed * dt) - 1e-9), steps)
+    return Run(speed, origin, dt, math.ceil(run_in / (speed * dt) - 1e-9), steps)
