@@ -290,7 +290,9 @@ def test_modes_of_a_quarter_car_by_its_polynomial(damping: float) -> None:
     roots = roots[np.abs(roots).argsort()]
     found = car.modes()
     np.testing.assert_allclose(found["frequency"], np.abs(roots) / (2.0 * np.pi), rtol=1e-9)
-    np.testing.assert_allclose(found["damping"], -roots.real / np.abs(roots), rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(
+        found["damping_ratio"], -roots.real / np.abs(roots), rtol=1e-9, atol=1e-12
+    )
     # Of the axle's equation: -k_s'(z_s - z_u) + ... gives the ratio of the two heights.
     heights = (damping * roots + k) / (ms * roots**2 + damping * roots + k)
     shape = found["shape"].to_numpy()
@@ -305,7 +307,7 @@ def test_overdamped_modes_stand_each_for_itself() -> None:
     # 1000 s² + 1e5 s + 1e6 = 0
     roots = np.array([50.0 - np.sqrt(1500.0), 50.0 + np.sqrt(1500.0)])
     np.testing.assert_allclose(found["frequency"], roots / (2.0 * np.pi), rtol=1e-12)
-    np.testing.assert_array_equal(found["damping"], [1.0, 1.0])
+    np.testing.assert_array_equal(found["damping_ratio"], [1.0, 1.0])
     assert list(found["mover"].to_numpy()) == ["mass bounce", "mass bounce"]
 
 
@@ -328,7 +330,7 @@ def test_modes_without_damping_are_the_natural_frequencies() -> None:
     )
     found = vehicle.modes()
     np.testing.assert_allclose(found["frequency"], vehicle.natural_frequencies(), rtol=1e-9)
-    np.testing.assert_allclose(found["damping"], 0.0, atol=1e-9)
+    np.testing.assert_allclose(found["damping_ratio"], 0.0, atol=1e-9)
     # Shapes of an undamped vehicle are real, and orthogonal in M and K.
     shape = found["shape"].to_numpy()
     np.testing.assert_allclose(shape.imag, 0.0, atol=1e-9)
@@ -346,7 +348,7 @@ def test_modes_are_labelled(truck: pf.Vehicle) -> None:
     assert dict(found.sizes) == {"mode": 7, "unknown": 6}
     assert list(found["unknown"].to_numpy()) == truck.unknowns
     assert found["frequency"].attrs["units"] == "Hz"
-    assert found["damping"].attrs["units"] == "1"
+    assert found["damping_ratio"].attrs["units"] == "1"
     assert (np.diff(found["frequency"]) >= 0.0).all()
     assert list(found["mover"].to_numpy())[:3] == [
         "sprung mass pitch",

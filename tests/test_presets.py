@@ -43,7 +43,7 @@ def modes(vehicle: pf.Vehicle) -> dict[str, Array]:
     movers = found["mover"].to_numpy()
     axles = {f"{tire.body} bounce" for tire in vehicle.tires}
     kinds = np.array(["hop" if m in axles else "beam" if "beam" in m else "body" for m in movers])
-    pairs = np.column_stack([found["frequency"], found["damping"]])
+    pairs = np.column_stack([found["frequency"], found["damping_ratio"]])
     return {kind: pairs[kinds == kind] for kind in ("body", "hop", "beam")}
 
 
@@ -318,7 +318,7 @@ def test_modes_of_the_rigid_truck_by_hand() -> None:
     found = vehicles.rigid_truck().modes()
     np.testing.assert_allclose(found["frequency"], np.abs(values[order]) / 2 / np.pi, rtol=1e-9)
     np.testing.assert_allclose(
-        found["damping"], -values[order].real / np.abs(values[order]), rtol=1e-9
+        found["damping_ratio"], -values[order].real / np.abs(values[order]), rtol=1e-9
     )
     for ours, expected in zip(found["shape"].to_numpy(), vectors[:4, order].T, strict=True):
         at = np.abs(expected).argmax()
@@ -379,7 +379,7 @@ def test_any_record_is_met_exactly(record: tuple[list[float], list[float]], kind
     weights, spacings = record
     vehicle = vehicles.from_axles(weights, spacings, suspension=kind)
     np.testing.assert_allclose(vehicle.static_loads, weights, rtol=1e-9)
-    assert (vehicle.modes()["damping"] > 0.0).all()
+    assert (vehicle.modes()["damping_ratio"] > 0.0).all()
     units = [
         body for body in vehicle.bodies if body.pitch_inertia > 0.0 and "beam" not in body.name
     ]

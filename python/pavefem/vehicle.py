@@ -328,8 +328,8 @@ class Vehicle(Model):
         Returns
         -------
         xarray.Dataset
-            Of (mode), ascending: `frequency` |s| / 2 pi, Hz; `damping` -Re s / |s|, a part of the
-            critical one, 1 where s is real; `mover`, the unknown with most of the kinetic energy.
+            Of (mode), ascending: `frequency` |s| / 2 pi, Hz; `damping_ratio` -Re s / |s|, 1
+            where s is real; `mover`, the unknown with most of the kinetic energy.
             Of (mode, unknown): `shape`, complex, m and rad, with its largest entry 1; and
             `kinetic_share`, the part of the kinetic energy, which may be below 0 where a body
             is pinned to one that moves against it.
@@ -365,10 +365,10 @@ class Vehicle(Model):
                     np.abs(values) / (2.0 * np.pi),
                     {"units": "Hz", "long_name": "frequency of a mode"},
                 ),
-                "damping": (
+                "damping_ratio": (
                     "mode",
                     -values.real / np.abs(values),
-                    {"units": "1", "long_name": "part of critical damping"},
+                    {"units": "1", "long_name": "damping ratio"},
                 ),
                 "mover": ("mode", names[shares.argmax(axis=1)]),
                 "shape": (("mode", "unknown"), shapes.astype(np.complex128)),

@@ -119,12 +119,12 @@ def _of_roughness(profile: Profile) -> dict[str, str]:
 
 
 def _of_vehicle(vehicle: Vehicle) -> dict[str, str]:
-    """Axle loads, and modes with their part of critical damping and what moves most in them."""
+    """Axle loads, and modes with their damping ratio and what moves most in them."""
     modes = vehicle.modes()
-    rows = zip(*(modes[name].to_numpy() for name in ("frequency", "damping", "mover")), strict=True)
+    columns = (modes[name].to_numpy() for name in ("frequency", "damping_ratio", "mover"))
     return _of_axles(vehicle) | {
         f"mode {number}": f"{frequency:.2f} Hz, damping {100.0 * damping:.0f} %, {mover}"
-        for number, (frequency, damping, mover) in enumerate(rows, start=1)
+        for number, (frequency, damping, mover) in enumerate(zip(*columns, strict=True), start=1)
     }
 
 
