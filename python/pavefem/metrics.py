@@ -3,9 +3,10 @@
 What is measured is a run (`TireForces` or a `Result`) or an `xarray.Dataset` with the variables of
 `TireForces.dataset`, any leading dimension such as ``vehicle`` going through. A fleet may have its
 statistics only: ``static_load``, ``mean_force`` and ``std_force`` (vehicle, axle), and
-``station_force`` (vehicle, station, axle), the force with which an axle passes a station. An axle
-that a vehicle does not have is NaN in all of them, and NaN in what is returned; after the end of a
-run, histories may be filled with NaN.
+``station_force`` (vehicle, station, axle), the force with which an axle passes a station. Its
+coordinate ``axle_offset`` (vehicle, axle), the place of an axle behind the front one, tells groups
+of axles apart where there are no histories. An axle that a vehicle does not have is NaN in all of
+them, and NaN in what is returned; after the end of a run, histories may be filled with NaN.
 
 Sources
 -------
@@ -15,6 +16,7 @@ Eisenmann, Dynamic wheel load fluctuations: road stress (1975): road stress fact
 Cebon, Handbook of Vehicle-Road Interaction (1999): aggregate force and its 95th percentile.
 Cole, Collop, Potter and Cebon, Spatial repeatability of measured and simulated vehicle tyre forces
     (1996): spatial repeatability index.
+Potter, Cebon and Cole, Assessing 'road-friendliness': a review (1997): load sharing coefficient.
 de Pont, Assessing heavy vehicle suspensions for road wear (1997): dynamic load sharing.
 AASHO Road Test (1962): the fourth power of axle loads.
 """
@@ -651,7 +653,7 @@ def _history(dataset: xr.Dataset, static: xr.DataArray, name: str) -> xr.DataArr
 
 
 def _by_axle(name: str, values: ArrayLike | xr.DataArray, units: str) -> xr.DataArray:
-    """_Numbers given for each axle, in an array of a vehicle or of several, or labelled."""
+    """Numbers given for each axle, in an array of a vehicle or of several, or labelled."""
     if not isinstance(values, xr.DataArray):
         try:
             array = np.asarray(values)

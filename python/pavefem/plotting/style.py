@@ -1,4 +1,4 @@
-"""What all figures share: units, colours, and the end of their making."""
+"""What all figures share: units and colours."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ready-made vehicles, each with the source of its parameters."""
+"""The truck of the paper (section IV, Table II)."""
 
 from __future__ import annotations
 
