@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, validate_call
 
 
 def _number(value: Any) -> Any:
@@ -29,6 +29,9 @@ Number = Annotated[float, BeforeValidator(_number)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 VoidsPercent = Annotated[Number, Field(gt=3, lt=100)]
+
+checked = validate_call(config=ConfigDict(allow_inf_nan=False))
+"""Decorator of a function: its arguments are checked as the fields of a model are."""
 
 
 class Model(BaseModel):

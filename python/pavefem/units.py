@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from itertools import accumulate
 from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 
-from pydantic import BeforeValidator, Field, model_validator, validate_call
+from pydantic import BeforeValidator, Field, model_validator
 
-from pavefem._model import Model, NotNegative, Number, Positive
+from pavefem._model import Model, NotNegative, Number, Positive, checked
 from pavefem.vehicle import Body, Friction, Spring, Tire, Vehicle
 
 Equalization = Literal["independent", "walking-beam", "load-sharing"]
@@ -163,7 +163,7 @@ class Unit(Model):
     """Groups of axles, from the front to the rear."""
 
 
-@validate_call(config={"allow_inf_nan": False})
+@checked
 def from_units(units: Sequence[Unit], *, name: str = "vehicle") -> Vehicle:
     """Build a vehicle from its units.
 

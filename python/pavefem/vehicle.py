@@ -265,11 +265,6 @@ class Vehicle(Model):
         )
 
     @property
-    def is_linear(self) -> bool:
-        """Whether no spring has dry friction."""
-        return all(spring.friction is None for spring in self.springs)
-
-    @property
     def axle_positions(self) -> NDArray[np.float64]:
         """Places of the axles, m behind the front axle, shape (axles,)."""
         return np.array([tire.x for tire in self.tires])
@@ -389,8 +384,7 @@ class Vehicle(Model):
 
     @cached_property
     def _natural_frequencies(self) -> NDArray[np.float64]:
-        # M = L L', and L^-1 K L^-T has the eigenvalues of M^-1 K but is symmetric.
-        factor = np.linalg.cholesky(self.mass_matrix)
-        half = np.linalg.solve(factor, self.stiffness_matrix)
-        squares = np.linalg.eigvalsh(np.linalg.solve(factor, half.T))
+        from scipy.linalg import eigh  # scipy takes a while to import
+
+        squares = eigh(self.stiffness_matrix, self.mass_matrix, eigvals_only=True)
         return np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)

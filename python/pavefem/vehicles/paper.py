@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Final
 
-from pydantic import Field, validate_call
+from pydantic import Field
 
 from pavefem._core import GRAVITY
-from pavefem._model import NotNegative, Number, Positive
+from pavefem._model import NotNegative, Number, Positive, checked
 from pavefem.vehicle import Body, Spring, Tire, Vehicle
 
 STATIC_LOADS: Final = (38_925.0, 76_335.0, 80_938.0)
@@ -19,21 +19,20 @@ NOMINAL_PAYLOAD: Final = 12_400.0
 TARE: Final = sum(STATIC_LOADS) / GRAVITY - sum(AXLE_MASSES) - NOMINAL_PAYLOAD
 """Sprung mass without payload, kg: what the printed axle loads weigh, 4999.8 (Table II: 5000)."""
 
-
-Suspension = tuple[Positive, NotNegative]
+SpringAndDamper = tuple[Positive, NotNegative]
 """Stiffness, N/m, and damping, N s/m."""
 
 
-@validate_call(config={"allow_inf_nan": False})
+@checked
 def tandem_truck(
     *,
     axle_spacing: Positive = 1.3,
     payload: Annotated[Number, Field(gt=-TARE)] = NOMINAL_PAYLOAD,
     wheelbase: Positive = 5.2,
-    front_suspension: Suspension = (1.0e6, 1.0e4),
-    rear_suspension: Suspension = (2.0e6, 5.0e4),
-    front_tires: Suspension = (1.75e6, 1.0e4),
-    rear_tires: Suspension = (3.5e6, 1.0e4),
+    front_suspension: SpringAndDamper = (1.0e6, 1.0e4),
+    rear_suspension: SpringAndDamper = (2.0e6, 5.0e4),
+    front_tires: SpringAndDamper = (1.75e6, 1.0e4),
+    rear_tires: SpringAndDamper = (3.5e6, 1.0e4),
     pitch_inertia: Positive = 8.0e4,
     beam_inertia: Positive = 100.0,
 ) -> Vehicle:
@@ -90,12 +89,12 @@ def tandem_truck(
     sprung, beam = "sprung mass", "equalizing beam"
     axles = ("steer axle", "leading tandem axle", "trailing tandem axle")
 
-    def spring(upper: str, lower: str, x: float, suspension: Suspension) -> Spring:
-        stiffness, damping = suspension
+    def spring(upper: str, lower: str, x: float, given: SpringAndDamper) -> Spring:
+        stiffness, damping = given
         return Spring(upper=upper, lower=lower, x=x, stiffness=stiffness, damping=damping)
 
-    def tire(axle: str, x: float, tires: Suspension) -> Tire:
-        stiffness, damping = tires
+    def tire(axle: str, x: float, given: SpringAndDamper) -> Tire:
+        stiffness, damping = given
         return Tire(body=axle, x=x, stiffness=stiffness, damping=damping)
 
     return Vehicle(

@@ -6,10 +6,8 @@ Axles, tires and springs are those of `pavefem.vehicles.running_gear`.
 
 from __future__ import annotations
 
-from pydantic import validate_call
-
 from pavefem._core import GRAVITY
-from pavefem._model import NotNegative, Positive
+from pavefem._model import NotNegative, Positive, checked
 from pavefem.vehicle import Body, Vehicle
 from pavefem.vehicles.running_gear import (
     DRIVE,
@@ -25,7 +23,7 @@ from pavefem.vehicles.running_gear import (
 )
 
 
-@validate_call(config={"allow_inf_nan": False})
+@checked
 def quarter_car(
     *,
     suspension: Kind = "steel",
@@ -73,7 +71,7 @@ def quarter_car(
     """
     mass, axle = "sprung mass", "axle 1"
     springs = sprung(suspension, DRIVE.steel, GRAVITY * sprung_mass, dry_friction)
-    tires = DRIVE.tires.model_copy(update={"print_length": print_length})
+    tires = DRIVE.tires_with(print_length)
     return Vehicle(
         name=f"quarter car on {suspension}",
         bodies=(
@@ -85,7 +83,7 @@ def quarter_car(
     )
 
 
-@validate_call(config={"allow_inf_nan": False})
+@checked
 def rigid_truck(
     *,
     suspension: Kind = "steel",
@@ -140,7 +138,7 @@ def rigid_truck(
     return options.finish("2-axle truck", [truck])
 
 
-@validate_call(config={"allow_inf_nan": False})
+@checked
 def semitrailer(
     *,
     suspension: Kind = "steel",
@@ -200,7 +198,7 @@ def semitrailer(
     return options.finish("5-axle tractor-semitrailer", [tractor, trailer])
 
 
-@validate_call(config={"allow_inf_nan": False})
+@checked
 def tridem_semitrailer(
     *,
     suspension: Kind = "steel",
@@ -256,7 +254,7 @@ def tridem_semitrailer(
     return options.finish("6-axle tractor-semitrailer", [tractor, trailer])
 
 
-@validate_call(config={"allow_inf_nan": False})
+@checked
 def b_double(
     *,
     suspension: Kind = "steel",

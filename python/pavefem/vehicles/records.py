@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pavefem._core import GRAVITY
-from pavefem.units import GROUP_SPACING, AxleGroup, Tires, Unit, from_units
+from pavefem.units import GROUP_SPACING, AxleGroup, Unit, from_units
 from pavefem.vehicle import Vehicle
 from pavefem.vehicles.running_gear import AIR_HEIGHT, DRIVE, STEER, TRAILER, Kind, RunningGear, air
 
@@ -131,7 +131,7 @@ class _Bunch(NamedTuple):
             spacing=None if one else tuple(np.diff(self.places)),
             axle_mass=self.gear.axle_mass,
             suspension=self.gear.steel,
-            tires=self._tires(print_length),
+            tires=self.gear.tires_with(print_length),
             equalization="independent" if one else "walking-beam",
             shares=None if one else tuple(self.sprung),
         )
@@ -145,13 +145,10 @@ class _Bunch(NamedTuple):
                 x=x,
                 axle_mass=self.gear.axle_mass,
                 suspension=air(load, height),
-                tires=self._tires(print_length),
+                tires=self.gear.tires_with(print_length),
             )
             for x, load, height in zip(self.places, self.sprung, heights, strict=True)
         ]
-
-    def _tires(self, print_length: float) -> Tires:
-        return self.gear.tires.model_copy(update={"print_length": print_length})
 
 
 def _positive(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:

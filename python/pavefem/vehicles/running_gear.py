@@ -61,6 +61,10 @@ class RunningGear(NamedTuple):
     tires: Tires
     steel: Suspension
 
+    def tires_with(self, print_length: float) -> Tires:
+        """Give the tires a print, m long."""
+        return self.tires.model_copy(update={"print_length": print_length})
+
 
 _SINGLE: Final = Tires(stiffness=0.875e6, damping=1e3)
 _DUAL: Final = _SINGLE.model_copy(update={"dual": True})
@@ -109,7 +113,7 @@ class Options(NamedTuple):
             spacing=spacing,
             axle_mass=gear.axle_mass,
             suspension=gear.steel,
-            tires=gear.tires.model_copy(update={"print_length": self.print_length}),
+            tires=gear.tires_with(self.print_length),
             equalization="independent" if axles == 1 else shared,
         )
 
