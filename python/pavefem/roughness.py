@@ -172,12 +172,15 @@ def mri(
     ValueError
         If the profile has not two wheel tracks.
     """
-    wheels = wheel_tracks(profile)
-    if not wheels:
+    if not wheel_tracks(profile):
         has = f"tracks {', '.join(profile.tracks)}" if profile.tracks else "one track"
         raise ValueError(f"MRI is the mean of two wheel tracks; the profile has {has}")
-    both = iri(profile, segment=segment, moving_average=moving_average).sel(track=wheels)
-    mean = both.mean("track").rename("mri")
+    return wheel_mean(profile, iri(profile, segment=segment, moving_average=moving_average))
+
+
+def wheel_mean(profile: Profile, index: xr.DataArray) -> xr.DataArray:
+    """Mean of an IRI, as `iri` gives it, over the two wheel tracks that its profile has: the MRI."""
+    mean = index.sel(track=wheel_tracks(profile)).mean("track").rename("mri")
     return mean.assign_attrs(units="m/km", long_name="mean roughness index")
 
 

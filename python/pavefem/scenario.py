@@ -10,7 +10,6 @@ from typing import Any, Final, Self
 from pydantic import ConfigDict, ValidationInfo, field_serializer, field_validator, model_validator
 
 from pavefem._model import Model, NotNegative, Number, Positive
-from pavefem._tables import explain as explain  # told by the command line, too
 from pavefem._tables import make, read_toml, told_of
 from pavefem.forces import Interpolation
 from pavefem.formats import read_profile

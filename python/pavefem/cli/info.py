@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final
 
 import typer
 
-from pavefem import roughness
+from pavefem import roughness, vehicles
 from pavefem._tables import read_toml
 from pavefem.cli.profiles import (
     Channels,
@@ -30,9 +30,6 @@ from pavefem.vehicle import Vehicle
 
 OTHERS: Final = "vehicles and scenarios (.toml) and results (.nc)"
 """What is summed up beside profiles."""
-
-VEHICLE_KEYS: Final = frozenset({"preset", "units", "bodies"})
-"""Keys of which a vehicle file has one, and a scenario file none."""
 
 
 @reporting()
@@ -81,7 +78,7 @@ def _summary(path: Path, options: dict[str, Any]) -> tuple[str, Path, dict[str, 
     if suffix == ".nc":
         return "result", path, load_result(path).summary()
     if suffix == ".toml":
-        if VEHICLE_KEYS & read_toml(path).keys():
+        if vehicles.TABLE_KEYS & read_toml(path).keys():
             return "vehicle", path, _of_vehicle(Vehicle.from_toml(path))
         return "scenario", path, _of_scenario(Scenario.from_toml(path))
     try:
@@ -101,9 +98,8 @@ def _of_roughness(profile: Profile) -> dict[str, str]:
         names = list(profile.tracks) or [""]
         values = zip(names, index.to_numpy().ravel(), strict=True)
         figures["IRI"] = ", ".join(f"{name} {value:.2f} m/km".strip() for name, value in values)
-        wheels = roughness.wheel_tracks(profile)
-        if wheels:
-            figures["MRI"] = f"{float(index.sel(track=wheels).mean()):.2f} m/km"
+        if roughness.wheel_tracks(profile):
+            figures["MRI"] = f"{float(roughness.wheel_mean(profile, index)):.2f} m/km"
     except ValueError as error:
         figures["IRI"] = f"none: {error}"
     try:

@@ -173,23 +173,24 @@ def _measure(
     if track is not None:
         profile = profile.track(track)
     tracks = list(profile.tracks) or [track or ""]
-    wheels = [tracks.index(name) for name in roughness.wheel_tracks(profile)]
+    has_mri = bool(roughness.wheel_tracks(profile))
     segments, whole = (
         roughness.iri(profile, segment=length, moving_average=moving_average)
         for length in (segment, None)
     )
 
     def values(index: xr.DataArray) -> list[list[float]]:
-        rows = index.to_numpy().reshape(len(tracks), -1)
-        means = [rows[wheels].mean(axis=0)] if wheels else []
-        return [column.tolist() for column in np.vstack([rows, *means]).T]
+        rows = [index.to_numpy().reshape(len(tracks), -1)]
+        if has_mri:
+            rows.append(roughness.wheel_mean(profile, index).to_numpy().reshape(1, -1))
+        return [column.tolist() for column in np.vstack(rows).T]
 
     starts, lengths = segments["start"].to_numpy(), segments["length"].to_numpy()
     ends = starts + lengths
     return Roughness(
         path,
         tracks,
-        bool(wheels),
+        has_mri,
         [Part(*row) for row in zip(starts.tolist(), ends.tolist(), values(segments), strict=True)],
         Part(float(profile.x[0]), float(profile.x[-1]), *values(whole)),
     )

@@ -91,7 +91,7 @@ def run(
         "run_in": run_in,
         "scheme": scheme,
     }
-    make = {"suspension": suspension, "axle_spacing": axle_spacing, "payload": payload}
+    options = {"suspension": suspension, "axle_spacing": axle_spacing, "payload": payload}
     inputs = _scenario(
         scenario,
         {key: value for key, value in changes.items() if value is not None},
@@ -100,7 +100,7 @@ def run(
         smooth=smooth,
         vma=vma,
         vehicle=vehicle,
-        make={key: value for key, value in make.items() if value is not None},
+        options={key: value for key, value in options.items() if value is not None},
     )
     check_writable(out)
     result = run_scenario(inputs, cache=cache, progress=True)
@@ -116,7 +116,7 @@ def _scenario(
     smooth: bool,
     vma: float | None,
     vehicle: str | None,
-    make: dict[str, Any],
+    options: dict[str, Any],
 ) -> Scenario:
     """Take the scenario file, or the default run, with the options' changes."""
     if smooth and profile is not None:
@@ -133,13 +133,13 @@ def _scenario(
         changes["profile"] = Profile.iso8608("B", length=100.0, seed=1)
         changes.setdefault("run_in", DEFAULT_RUN_IN)
     if vehicle is not None:
-        changes["vehicle"] = _named_or_read(vehicle, make)
-    elif make:
+        changes["vehicle"] = _named_or_read(vehicle, options)
+    elif options:
         if base.vehicle != vehicles.tandem_truck():
             raise ValueError(
-                f"{_options(make)}: {path} has a vehicle of its own; name one with --vehicle"
+                f"{_flags(options)}: {path} has a vehicle of its own; name one with --vehicle"
             )
-        changes["vehicle"] = vehicles.named("tandem_truck", **make)
+        changes["vehicle"] = vehicles.named("tandem_truck", **options)
     if "scheme" in changes:
         changes["scheme"] = Scheme.named(changes["scheme"])
     if vma is not None:
@@ -148,21 +148,21 @@ def _scenario(
     return Scenario(**(fields | changes))
 
 
-def _named_or_read(vehicle: str, make: dict[str, Any]) -> Vehicle:
+def _named_or_read(vehicle: str, options: dict[str, Any]) -> Vehicle:
     """Build a ready-made vehicle, or read one that is complete."""
     if vehicle in vehicles.PRESETS:
-        return vehicles.named(vehicle, **make)
+        return vehicles.named(vehicle, **options)
     if not Path(vehicle).exists():
         raise ValueError(
             f"--vehicle {vehicle}: neither a file nor one of {', '.join(vehicles.PRESETS)}"
         )
-    if make:
-        raise ValueError(f"{_options(make)}: for ready-made vehicles only; {vehicle} is a file")
+    if options:
+        raise ValueError(f"{_flags(options)}: for ready-made vehicles only; {vehicle} is a file")
     return Vehicle.from_toml(vehicle)
 
 
-def _options(make: dict[str, Any]) -> str:
-    return " and ".join(f"--{name.replace('_', '-')}" for name in make)
+def _flags(options: dict[str, Any]) -> str:
+    return " and ".join(f"--{name.replace('_', '-')}" for name in options)
 
 
 def _report(result: Result, out: Path) -> None:

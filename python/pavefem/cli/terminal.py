@@ -18,8 +18,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from pavefem._tables import explain
 from pavefem.errors import PavefemError
-from pavefem.scenario import explain
 
 console = Console()
 errors = Console(stderr=True)
@@ -49,17 +49,15 @@ def reporting() -> Iterator[None]:
         raise typer.Exit(130) from None
 
 
-def each_file(
-    files: Sequence[Path], work: Callable[[Path], _Found]
-) -> tuple[list[_Found], list[Path]]:
+def each_file(files: Sequence[Path], work: Callable[[Path], _Found]) -> tuple[list[_Found], bool]:
     """Do the same with every file; one that fails is reported and loses none of the others.
 
     Returns
     -------
-    list, list of Path
-        What was found, and the files that failed.
+    list, bool
+        What was found, and whether a file failed.
     """
-    found, failed = [], []
+    found, failed = [], False
     for path in files:
         about = f"{path}: "
         try:
@@ -71,7 +69,7 @@ def each_file(
             raise
         except MISTAKES as error:
             _print_mistake(error, about)
-            failed.append(path)
+            failed = True
     return found, failed
 
 

@@ -82,3 +82,6 @@ def _from_table(table: Any) -> Any:
 VehicleTable = Annotated[Vehicle, BeforeValidator(_from_table)]
 """A vehicle as a file has it: a ``preset`` with options, ``units``, or ``bodies``, ``springs`` and
 ``tires``."""
+
+TABLE_KEYS: Final = frozenset({"preset", "units", "bodies"})
+"""Keys of which such a table has one, and a scenario file none."""
