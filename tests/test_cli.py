@@ -148,10 +148,33 @@ def test_elevation_unit_of_the_profile(pavefem: Run, tmp_path: Path) -> None:
     np.testing.assert_allclose(profile.z, site.z, rtol=1e-12)
 
 
-def test_profile_option_has_no_run_in_of_its_own(pavefem: Run, tmp_path: Path) -> None:
-    pf.Profile.iso8608("A", 30.0).to_csv(tmp_path / "site.csv")
+@pytest.mark.parametrize(("length", "run_in"), [(25.0, 0.0), (30.0, 5.0), (400.0, 50.0)])
+def test_a_vehicle_settles_on_what_the_profile_has_ahead_of_the_road(
+    pavefem: Run, tmp_path: Path, length: float, run_in: float
+) -> None:
+    pf.Profile.iso8608("A", length).to_csv(tmp_path / "site.csv")
     assert pavefem("run", "--profile", "site.csv").code == 0
-    assert pf.load_result(tmp_path / "out" / "result.nc").scenario.run_in == 0.0
+    found = pf.load_result(tmp_path / "out" / "result.nc").scenario.run_in
+    assert found == pytest.approx(run_in)
+
+
+def test_a_long_road_keeps_its_envelope(pavefem: Run, tmp_path: Path) -> None:
+    options = ["--length", "600", "--scheme", "converged", "--envelope", "--lift-off"]
+    done = pavefem("run", *options)
+    assert done.code == 0, done.err
+    result = pf.load_result(tmp_path / "out" / "result.nc")
+    assert result.scenario.road.length == 600.0
+    assert result.scenario.lift_off
+    assert result.deflection is None
+    assert "axle 3" in done.out
+
+
+def test_length_is_for_one_section(pavefem: Run, tmp_path: Path) -> None:
+    section = "[[road.sections]]\nlength = 9.0\n[road.sections.pavement]\n"
+    (tmp_path / "two.toml").write_text(2 * section)
+    done = pavefem("run", "two.toml", "--length", "30")
+    assert done.code == 2
+    assert "--length is for a road of one section, two.toml has several" in done.err
 
 
 def test_scenario_file_and_options_on_top(pavefem: Run, tmp_path: Path) -> None:

@@ -179,7 +179,7 @@ def mri(
 
 
 def wheel_mean(profile: Profile, index: xr.DataArray) -> xr.DataArray:
-    """Mean of an IRI, as `iri` gives it, over the two wheel tracks that its profile has: the MRI."""
+    """Mean of an IRI, as `iri` gives it, over the two wheel tracks of its profile: the MRI."""
     mean = index.sel(track=wheel_tracks(profile)).mean("track").rename("mri")
     return mean.assign_attrs(units="m/km", long_name="mean roughness index")
 

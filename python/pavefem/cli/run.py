@@ -17,11 +17,12 @@ from pavefem.profile import Profile
 from pavefem.result import Result
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
+from pavefem.simulate import EVERYTHING, Keep
 from pavefem.simulate import run as run_scenario
 from pavefem.vehicle import Vehicle
 
-DEFAULT_RUN_IN: Final = 50.0
-"""Run-in on the built-in profile, m."""
+RUN_IN: Final = 50.0
+"""Length of profile over which the vehicle settles where it is not said, m, if there is as much."""
 
 
 @reporting()
@@ -66,15 +67,25 @@ def run(
         float | None,
         typer.Option(
             help="Length of profile ahead of the road over which the vehicle settles, m.  "
-            "[default: 50 on the built-in profile, else 0]"
+            "[default: up to 50, as the profile is longer than the road]"
         ),
     ] = None,
+    length: Annotated[
+        float | None, typer.Option(help="Length of a road of one section, m.  [default: 25]")
+    ] = None,
+    lift_off: Annotated[
+        bool, typer.Option("--lift-off", help="Let tires leave the road where they would pull.")
+    ] = False,
     smooth: Annotated[
         bool, typer.Option("--smooth", help="A smooth road: constant static forces.")
     ] = False,
     scheme: Annotated[
         str | None, typer.Option(help='"paper" or "converged".  [default: paper]')
     ] = None,
+    envelope: Annotated[
+        bool,
+        typer.Option("--envelope", help="Keep no histories: for roads of many kilometres."),
+    ] = False,
     out: Annotated[Path, typer.Option(help="Folder for result.nc and the pictures.")] = Path("out"),
     cache: Annotated[
         bool, typer.Option(help="Keep transition matrices between runs, in memory and on disk.")
@@ -90,6 +101,7 @@ def run(
         "temperature_c": temperature,
         "run_in": run_in,
         "scheme": scheme,
+        "lift_off": lift_off or None,
     }
     options = {"suspension": suspension, "axle_spacing": axle_spacing, "payload": payload}
     inputs = _scenario(
@@ -98,12 +110,14 @@ def run(
         profile=profile,
         elevation_unit=elevation_unit,
         smooth=smooth,
+        length=length,
         vma=vma,
         vehicle=vehicle,
         options={key: value for key, value in options.items() if value is not None},
     )
     check_writable(out)
-    result = run_scenario(inputs, cache=cache, progress=True)
+    keep: Keep = "envelope" if envelope else EVERYTHING
+    result = run_scenario(inputs, keep=keep, cache=cache, progress=True)
     _report(result, out)
 
 
@@ -114,6 +128,7 @@ def _scenario(
     profile: Path | None,
     elevation_unit: str | None,
     smooth: bool,
+    length: float | None,
     vma: float | None,
     vehicle: str | None,
     options: dict[str, Any],
@@ -124,14 +139,23 @@ def _scenario(
     if elevation_unit is not None and profile is None:
         raise ValueError("--elevation-unit is the unit of --profile, and none is given")
     base = Scenario() if path is None else Scenario.from_toml(path)
+    road = base.road
+    if length is not None:
+        if len(road.sections) > 1:
+            raise ValueError(f"--length is for a road of one section, {path} has several")
+        road = road.model_copy(update={"sections": ((road.sections[0].pavement, length),)})
+    changes["road"] = road if vma is None else road.with_asphalt(vma=vma)
     if profile is not None:
         changes["profile"] = read_profile(profile, **reader_options(elevation_unit=elevation_unit))
     elif smooth:
         changes["profile"] = None
         changes.setdefault("run_in", 0.0)
     elif path is None:
-        changes["profile"] = Profile.iso8608("B", length=100.0, seed=1)
-        changes.setdefault("run_in", DEFAULT_RUN_IN)
+        length = max(100.0, RUN_IN + road.length)
+        changes["profile"] = Profile.iso8608("B", length=length, seed=1)
+    if path is None and isinstance(changes.get("profile"), Profile):
+        rest = changes["profile"].length - road.length
+        changes.setdefault("run_in", min(RUN_IN, max(0.0, rest)))
     if vehicle is not None:
         changes["vehicle"] = _named_or_read(vehicle, options)
     elif options:
@@ -142,8 +166,6 @@ def _scenario(
         changes["vehicle"] = vehicles.named("tandem_truck", **options)
     if "scheme" in changes:
         changes["scheme"] = Scheme.named(changes["scheme"])
-    if vma is not None:
-        changes["road"] = base.road.with_asphalt(vma=vma)
     fields = {name: getattr(base, name) for name in Scenario.model_fields}
     return Scenario(**(fields | changes))
 
