@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from inspect import cleandoc
+from textwrap import indent
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -45,6 +47,20 @@ class Model(BaseModel):
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True
     )
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **options: Any) -> None:
+        """Complete the docstring by what stands beneath each field."""
+        super().__pydantic_init_subclass__(**options)
+        if cls.__doc__ is None or "Parameters\n" in cls.__doc__:
+            return
+        fields = (
+            f"{name}{'' if field.is_required() else ', optional'}\n"
+            + indent(field.description or "", "    ")
+            for name, field in cls.model_fields.items()
+        )
+        heading = "Parameters\n----------\n"
+        cls.__doc__ = f"{cleandoc(cls.__doc__)}\n\n{heading}" + "\n".join(fields)
 
     # What a model derives from its fields is cached beside them; it is no part of the model.
 

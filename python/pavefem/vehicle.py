@@ -264,6 +264,8 @@ class Vehicle(Model):
             f"{len(self.unknowns)} degrees of freedom)"
         )
 
+    __str__ = __repr__
+
     @property
     def axle_positions(self) -> NDArray[np.float64]:
         """Places of the axles, m behind the front axle, shape (axles,)."""
