@@ -156,7 +156,9 @@ def tire_forces(
         Otherwise tires are linear, and forces may be negative: `lift_off` of the answer says where.
     tolerance : float
         Where tires lift off or springs rub, a step is divided until it adds no more than this part
-        of the static load to the error of a tire force. A linear vehicle needs no such division.
+        of the static load to the error of a tire force at its end. Over a run errors may come to
+        more, most of all where a tire lands after a long flight; halve dt to see. What begins and
+        ends within one step is not seen. A linear vehicle needs no such division.
     progress : callable, optional
         Called now and then with the steps done and the steps in all.
 

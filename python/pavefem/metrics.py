@@ -98,6 +98,11 @@ def station_forces(forces: Forces, stations: ArrayLike | None = None) -> xr.Data
         index = _nearest(_default_stations(dataset), places)
         passing = kept.isel(station=index)
     else:
+        if "axle_position" not in dataset:
+            raise ValueError(
+                "the dataset has neither station_force nor axle_position: give stations to "
+                "fleet_forces"
+            )
         passing = xr.apply_ufunc(
             _passing,
             _history(dataset, static, "axle_position"),

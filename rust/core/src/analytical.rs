@@ -4,8 +4,10 @@ use nalgebra::Complex;
 
 use crate::error::{Result, check, not_negative, positive};
 
-/// Frequencies at which a tire force varies, Hz: none, the body's, and two about the axle's hop.
-const FREQUENCIES: [f64; 4] = [0.0, 2.0, 8.0, 16.0];
+/// Frequencies at which a force may vary, Hz, and as parts of that of the bed, about which waves
+/// travel furthest.
+const FREQUENCIES: [f64; 11] = [0.0, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0, 256.0, 512.0];
+const ABOUT_THE_BED: [f64; 7] = [0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0];
 
 /// Wave numbers that are looked at for the slowest wave.
 const WAVES: i32 = 400;
@@ -119,7 +121,8 @@ impl WinklerBeam {
         self.check()?;
         not_negative("speed", speed, "m/s")?;
         let (l, mut reach) = (self.decay(), [0.0_f64; 2]);
-        for frequency in FREQUENCIES {
+        let bed = (self.stiffness / self.mass).sqrt() / std::f64::consts::TAU;
+        for frequency in FREQUENCIES.into_iter().chain(ABOUT_THE_BED.map(|part| part * bed)) {
             for s in roots(&self.characteristic(speed, frequency)) {
                 let side = usize::from(s.re > 0.0);
                 reach[side] = reach[side].max(-tolerance.ln() / (s.re.abs() * l));
@@ -145,13 +148,17 @@ impl WinklerBeam {
             let stiffness = self.stiffness / share;
             let bending = (stiffness - self.stiffness) / self.bending_stiffness;
             let half = 0.5 * (self.damping + self.bending_damping * bending) / self.mass;
-            let square = stiffness / self.mass;
-            let rest = half * half - square;
-            // The product of the roots is `square`; their difference would lose its digits.
-            let decay = if rest > 0.0 { square / (half + rest.sqrt()) } else { half };
-            (share / tolerance).ln() / decay
+            (share / tolerance).ln() / slowest(half, stiffness / self.mass)
         };
         Ok((0..WAVES).map(lasts).fold(0.0, f64::max))
+    }
+
+    /// How long half a wave between two bars lasts, s, which only the beam itself damps.
+    #[must_use]
+    pub fn memory_without_bed(&self, tolerance: f64, spacing: f64) -> f64 {
+        let bending = (std::f64::consts::PI / spacing).powi(4);
+        let half = 0.5 * self.bending_damping * bending / self.mass;
+        -tolerance.ln() / slowest(half, self.bending_stiffness * bending / self.mass)
     }
 
     /// Coefficients of `EI s^4 + c_EI s^4 d + m d^2 + c d + k` with `d = i o - v s`, in powers of
@@ -204,6 +211,13 @@ impl MovingLoad {
         let xi = 0.5 * (low + high);
         (self.deflection(xi), xi)
     }
+}
+
+/// Decay of the slowest motion of `s^2 + 2 half s + square = 0`, 1/s.
+fn slowest(half: f64, square: f64) -> f64 {
+    let rest = half * half - square;
+    // The product of the roots is `square`; their difference would lose its digits.
+    if rest > 0.0 { square / (half + rest.sqrt()) } else { half }
 }
 
 /// Roots of `sum c_i s^i`, by the simultaneous iteration of Durand and Kerner.

@@ -121,6 +121,7 @@ pub struct Mesh {
     pieces: Vec<Piece>,
     elements: usize,
     length: f64,
+    foundation: Foundation,
     ends: Ends,
 }
 
@@ -155,7 +156,7 @@ impl Mesh {
             let allowed = format!("at least two elements of {element_length:?} m");
             return Err(invalid("road length", format!("{start:?} m"), allowed));
         }
-        Ok(Self { sections: sections.to_vec(), pieces, elements, length: start, ends })
+        Ok(Self { sections: sections.to_vec(), pieces, elements, length: start, foundation, ends })
     }
 
     /// The sections it was made of.
@@ -192,6 +193,12 @@ impl Mesh {
     /// Length of the road, m.
     pub(crate) fn length(&self) -> f64 {
         self.length
+    }
+
+    /// Largest distance between two bars, m, where the beam stands on bars.
+    pub(crate) fn spacing_of_bars(&self) -> Option<f64> {
+        let bars = self.foundation == Foundation::Bars;
+        bars.then(|| self.pieces.iter().map(Piece::step).fold(0.0, f64::max))
     }
 
     /// Shortest element, m.

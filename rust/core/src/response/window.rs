@@ -20,6 +20,13 @@ use crate::pavement::{Mesh, Weights};
 /// What is left out of a deflection, as a part of that under a force.
 pub const TOLERANCE: f64 = 1e-8;
 
+/// Fewest steps that a part is run in: a step of the method leaves up to a fifth of a motion that
+/// dies away within it.
+const LEAST_STEPS: f64 = 16.0;
+
+/// Spacing of bars, in decay lengths of a continuous bed, above which they are none.
+const WIDEST_BARS: f64 = 2.5;
+
 /// Steps between two looks at the watcher.
 const WATCHED: usize = 256;
 
@@ -67,21 +74,33 @@ impl Road {
         Arch::new().dispatch(Run { road: self, loads, instants, watch })
     }
 
-    /// How far ahead of the axles and behind them the window goes, m, and what the pavement
-    /// remembers, s.
+    /// How far ahead of the axles and behind them the window goes, m, and how many steps the
+    /// pavement remembers. All are infinite where nothing damps it out.
     fn extent(&self, speed: f64) -> Result<([f64; 2], f64)> {
         let (mut reach, mut memory) = ([0.0_f64; 2], 0.0_f64);
         for section in self.mesh.sections() {
             let beam = WinklerBeam::from(section);
-            // A beam without a bed has no decay: all of the road is the window.
+            // A beam without a bed has no decay along the road.
             if beam.stiffness <= 0.0 {
                 return Ok(([f64::INFINITY; 2], f64::INFINITY));
             }
             let [ahead, behind] = beam.reach(speed, TOLERANCE)?;
             reach = [reach[0].max(ahead), reach[1].max(behind)];
             memory = memory.max(beam.memory(TOLERANCE)?);
+            if let Some(spacing) = self.mesh.spacing_of_bars() {
+                // Between bars that are far apart, or if nothing but them is damped, waves live on.
+                let between = beam.memory_without_bed(TOLERANCE, spacing);
+                let apart = spacing * beam.decay() > WIDEST_BARS;
+                memory = memory.max(if apart { f64::INFINITY } else { between });
+            }
         }
-        Ok((reach, memory))
+        // A step, however long, leaves some of what it damps.
+        let steps = (memory / self.dt).ceil().max(LEAST_STEPS);
+        if steps.is_infinite() {
+            return Ok(([f64::INFINITY; 2], steps));
+        }
+        // What an axle has left behind moves on, where it is, for as long as the pavement remembers.
+        Ok(([reach[0] + speed * self.dt, reach[1].max(speed * self.dt * steps)], steps))
     }
 }
 
@@ -113,7 +132,7 @@ impl WithSimd for Run<'_, '_> {
         let mesh = &road.mesh;
         let (reach, memory) = road.extent(loads.speed(road.dt))?;
         let nodes = window_nodes(mesh, loads, reach);
-        let mut parts = parts(instants, S::F64_LANES, (memory / road.dt).ceil());
+        let mut parts = parts(instants, S::F64_LANES, memory);
         let mut windows = Windows::new(nodes, S::F64_LANES, road.dt);
         let mut envelope = Envelope::zeros(mesh.len());
         let columns = road.columns();

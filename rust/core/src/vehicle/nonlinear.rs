@@ -19,7 +19,7 @@ use crate::linalg::DMatrix;
 use crate::transition::{Form, Transition};
 
 /// How often a step may be halved.
-const HALVINGS: usize = 12;
+const HALVINGS: usize = 16;
 
 /// Iterations after which the forces at the end of a step count as not found.
 const ITERATIONS: usize = 40;
