@@ -287,6 +287,11 @@ class Profile:
         return cls(x, z, name=f"ISO 8608 class {road_class}, seed {seed}", tracks=tracks)
 
     @property
+    def by_track(self) -> Mapping[str, NDArray[np.float64]]:
+        """Elevations, m, of every track by name; the only one of a profile has an empty name."""
+        return self.tracks or {"": self.z}
+
+    @property
     def length(self) -> float:
         """Distance from the first to the last station, m."""
         return float(self.x[-1] - self.x[0])
@@ -441,7 +446,6 @@ class Profile:
 
         Of a profile that was read from a file, that includes what was understood of the file.
         """
-        tracks = self.tracks or {"": self.z}
         gaps = np.diff(self.x)
         figures = {
             "name": self.name or "none",
@@ -457,7 +461,7 @@ class Profile:
             ),
             **{
                 f"{track} elevation".strip(): f"{z.min():.4f} to {z.max():.4f} m"
-                for track, z in tracks.items()
+                for track, z in self.by_track.items()
             },
         }
         return figures if self.source is None else figures | self.source.summary()

@@ -125,20 +125,9 @@ def iri(
             f"{_core.IRI_START:g} m, and on less depends on the start"
         )
     length = None if segment is None else float(segment)
-    rows = [
-        _core.iri(z, spacing, bool(moving_average), length)
-        for z in profile.tracks.values() or [profile.z]
-    ]
-    index = xr.DataArray(
-        np.stack(rows),
-        dims=("track", "start"),
-        name="iri",
-        attrs={"units": "m/km", "long_name": "international roughness index"},
-    )
-    if profile.tracks:
-        index = index.assign_coords(track=list(profile.tracks))
-    else:
-        index = index.isel(track=0)
+    rows = [_core.iri(z, spacing, bool(moving_average), length) for z in profile.by_track.values()]
+    index = _labelled(profile, np.stack(rows), "start").rename("iri")
+    index.attrs = {"units": "m/km", "long_name": "international roughness index"}
     if length is None:
         return index.isel(start=0)
     offset = length * np.arange(rows[0].size)
@@ -179,7 +168,7 @@ def mri(
 
 
 def wheel_mean(profile: Profile, index: xr.DataArray) -> xr.DataArray:
-    """Mean of an IRI, as `iri` gives it, over the two wheel tracks of its profile: the MRI."""
+    """Average an IRI, as `iri` gives it, over the two wheel tracks of its profile: the MRI."""
     mean = index.sel(track=wheel_tracks(profile)).mean("track").rename("mri")
     return mean.assign_attrs(units="m/km", long_name="mean roughness index")
 
@@ -248,7 +237,7 @@ def psd(
     if window is None:
         window = 2.0 * samples * spacing / (1 + max(1, int(2 * samples * spacing / PSD_WINDOW) - 1))
     _check_length("window", window, 8 * spacing, samples * spacing, profile)
-    rows = np.stack(list(profile.tracks.values()) or [profile.z])
+    rows = np.stack(list(profile.by_track.values()))
     with np.errstate(over="ignore", invalid="ignore"):
         n, density = signal.welch(
             rows,
@@ -262,19 +251,13 @@ def psd(
     n, density = n[1:], density[:, 1:]
     if quantity == "slope":
         density = density * (2.0 * np.pi * n) ** 2
-    spectrum = xr.DataArray(
-        density,
-        dims=("track", "spatial_frequency"),
-        coords={"spatial_frequency": ("spatial_frequency", n, {"units": "cycle/m"})},
-        name=f"{quantity}_psd",
-        attrs={
-            "units": "m^3" if quantity == "displacement" else "m",
-            "long_name": f"{quantity} PSD",
-        },
-    )
-    if profile.tracks:
-        return spectrum.assign_coords(track=list(profile.tracks))
-    return spectrum.isel(track=0)
+    spectrum = _labelled(profile, density, "spatial_frequency").rename(f"{quantity}_psd")
+    spectrum.attrs = {
+        "units": "m^3" if quantity == "displacement" else "m",
+        "long_name": f"{quantity} PSD",
+    }
+    frequency = ("spatial_frequency", n, {"units": "cycle/m"})
+    return spectrum.assign_coords(spatial_frequency=frequency)
 
 
 def octave_means(spectrum: xr.DataArray) -> xr.DataArray:
@@ -512,6 +495,14 @@ def butterworth(
             padding = min(profile.x.size - 1, math.ceil(order * limit / spacing))
     cascade = np.vstack(sections)
     return _filtered(profile, lambda z: signal.sosfiltfilt(cascade, z, padlen=padding))
+
+
+def _labelled(profile: Profile, rows: NDArray[np.float64], along: str) -> xr.DataArray:
+    """Label rows, one for each track, with the tracks' names; a single track has no dimension."""
+    array = xr.DataArray(rows, dims=("track", along))
+    if profile.tracks:
+        return array.assign_coords(track=list(profile.tracks))
+    return array.isel(track=0)
 
 
 def _filtered(

@@ -95,8 +95,7 @@ def _of_roughness(profile: Profile) -> dict[str, str]:
     figures = {}
     try:
         index = roughness.iri(profile)
-        names = list(profile.tracks) or [""]
-        values = zip(names, index.to_numpy().ravel(), strict=True)
+        values = zip(profile.by_track, index.to_numpy().ravel(), strict=True)
         figures["IRI"] = ", ".join(f"{name} {value:.2f} m/km".strip() for name, value in values)
         if roughness.wheel_tracks(profile):
             figures["MRI"] = f"{float(roughness.wheel_mean(profile, index)):.2f} m/km"

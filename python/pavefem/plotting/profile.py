@@ -50,13 +50,13 @@ def plot_iri(profile: Profile, segment: float = 100.0) -> Figure:
     axes = figure.add_subplot()
     index, whole = iri(profile, segment=segment), iri(profile)
     start, length = index["start"].to_numpy(), index["length"].to_numpy()
-    names = list(profile.tracks) or [""]
-    width = length / len(names)
-    for number, name in enumerate(names):
-        bars, mean = (index[number], whole[number]) if name else (index, whole)
+    tracks = len(profile.by_track)
+    width = length / tracks
+    rows, means = index.to_numpy().reshape(tracks, -1), whole.to_numpy().ravel()
+    for number, (name, bars, mean) in enumerate(zip(profile.by_track, rows, means, strict=True)):
         axes.bar(
             start + number * width,
-            bars.to_numpy(),
+            bars,
             width,
             align="edge",
             color=colour(number),
@@ -65,13 +65,13 @@ def plot_iri(profile: Profile, segment: float = 100.0) -> Figure:
             linewidth=0.5,
         )
         axes.axhline(
-            float(mean),
+            mean,
             color=colour(number),
             linewidth=1.2,
             linestyle="--",
-            label=f"{name} {float(mean):.2f} m/km".strip(),
+            label=f"{name} {mean:.2f} m/km".strip(),
         )
-    axes.legend(title="whole profile", fontsize="small", title_fontsize="small", ncols=len(names))
+    axes.legend(title="whole profile", fontsize="small", title_fontsize="small", ncols=tracks)
     axes.set(
         title=f"IRI on segments of {segment:g} m, {profile.name or 'road profile'}",
         xlabel="station [m]",
@@ -96,13 +96,13 @@ def plot_psd(profile: Profile) -> Figure:
     axes = figure.add_subplot()
     spectrum = psd(profile)
     octaves = octave_means(spectrum)
-    for number, name in enumerate(list(profile.tracks) or [""]):
-        lines, means = (spectrum[number], octaves[number]) if name else (spectrum, octaves)
+    rows = (np.atleast_2d(values) for values in (spectrum, octaves))
+    for number, (name, lines, means) in enumerate(zip(profile.by_track, *rows, strict=True)):
         axes.loglog(
-            lines["spatial_frequency"], lines, color=colour(number), linewidth=0.7, alpha=0.6
+            spectrum["spatial_frequency"], lines, color=colour(number), linewidth=0.7, alpha=0.6
         )
         axes.loglog(
-            means["spatial_frequency"],
+            octaves["spatial_frequency"],
             means,
             "o",
             color=colour(number),

@@ -43,7 +43,7 @@ def write_erd(profile: Profile, path: str | os.PathLike[str]) -> None:
             "stations are irregular and an ERD file holds one spacing; "
             "write profile.resample(spacing)"
         )
-    columns = dict(profile.tracks) or {"": profile.z}
+    columns = profile.by_track
     width = NAME_WIDTHS["LONGNAME"]
     for track in columns:
         if len(track) > width:

@@ -23,8 +23,8 @@ def write_csv(profile: Profile, path: str | os.PathLike[str]) -> None:
     path : str or os.PathLike
         File to write; an existing one is replaced.
     """
-    columns = [profile.x, *(profile.tracks.values() or [profile.z])]
-    names = [_column_name(track) for track in profile.tracks] or ["elevation_m"]
+    columns = [profile.x, *profile.by_track.values()]
+    names = [_column_name(track) for track in profile.by_track]
     with replacing(path) as new, new.open("w", encoding="utf-8", newline="\n") as file:
         file.write(",".join(["station_m", *names]) + "\n")
         rows = zip(*(column.tolist() for column in columns), strict=True)
@@ -33,6 +33,6 @@ def write_csv(profile: Profile, path: str | os.PathLike[str]) -> None:
 
 def _column_name(track: str) -> str:
     """Name that is read back as that of the track."""
-    if track in TRACKS:
-        return f"{track}_elevation_m"
+    if track in ("", *TRACKS):
+        return f"{track}_elevation_m".strip("_")
     return re.sub(r'[][(),;"]', " ", track).strip() + " [m]"
