@@ -34,7 +34,7 @@ from numpy.typing import ArrayLike, NDArray
 from pavefem.forces import TireForces
 from pavefem.profile import MAX_SAMPLES, finite_vector
 from pavefem.result import Result
-from pavefem.units import GROUP_SPACING
+from pavefem.units import GROUP_SPACING, part_groups
 from pavefem.vehicle import Vehicle
 
 Forces = TireForces | Result | xr.Dataset
@@ -467,7 +467,7 @@ def axle_groups(positions: ArrayLike | xr.DataArray, within: float = GROUP_SPACI
         raise ValueError("positions must be finite, and NaN only behind a vehicle's last axle")
     with np.errstate(invalid="ignore"):
         rising, falling = (gaps > 0.0) | ~there[..., 1:], (gaps < 0.0) | ~there[..., 1:]
-        apart = np.abs(gaps) >= limit
+        apart = part_groups(gaps, limit)
     if not (rising.all(axis=-1) | falling.all(axis=-1)).all():
         raise ValueError("positions must go from the front axle to the rear one, no two alike")
     numbers = np.ones(values.shape, dtype=np.int64)

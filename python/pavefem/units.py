@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from itertools import accumulate
 from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from pavefem._model import Model, NotNegative, Number, Positive, checked
@@ -21,6 +23,11 @@ limits the weight of tandems and tridems by spacings up to 1.8 m."""
 BEAM_INERTIA: Final = 100.0
 """Pitch moment of inertia of a walking beam where none is given, kg m²: chosen, as that of the
 paper's truck."""
+
+
+def part_groups(gaps: NDArray[np.float64], within: float = GROUP_SPACING) -> NDArray[np.bool_]:
+    """Whether axles that are `gaps` apart, m, are of different groups."""
+    return np.abs(gaps) >= within
 
 
 def _listed(value: Any) -> Any:

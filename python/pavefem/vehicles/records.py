@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pavefem._core import GRAVITY
-from pavefem.units import GROUP_SPACING, AxleGroup, Unit, from_units
+from pavefem.units import AxleGroup, Unit, from_units, part_groups
 from pavefem.vehicle import Vehicle
 from pavefem.vehicles.running_gear import AIR_HEIGHT, DRIVE, STEER, TRAILER, Kind, RunningGear, air
 
@@ -168,7 +168,7 @@ def _positive(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]:
 def _cuts(gaps: NDArray[np.float64], groups: ArrayLike | None) -> NDArray[np.intp]:
     """Numbers of the axles, from 0, that begin the second and each further group."""
     if groups is None:
-        apart = gaps >= GROUP_SPACING
+        apart = part_groups(gaps)
         apart[0] |= not apart.any()
         return np.flatnonzero(apart) + 1
     numbers = np.asarray(groups)
