@@ -675,7 +675,7 @@ TABLE: list[tuple[str, Call, str]] = [
     ("no force at stations", lambda: metrics.station_forces(
         dataset().drop_vars("tire_force"), WAVES), "the dataset has no tire_force"),
     ("no places", lambda: metrics.station_forces(dataset().drop_vars("axle_position"), WAVES),
-     "the dataset has no axle_position"),
+     "the dataset has neither station_force nor axle_position"),
     ("no history", lambda: metrics.dynamic_load_sharing(kept(), [1, 2, 2]),
      "the dataset has no tire_force"),
     ("forces over stations", lambda: metrics.dlc(dataset().rename(time="station")),

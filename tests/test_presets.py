@@ -443,7 +443,7 @@ def test_measured_vehicle_against_scipy(kind: Any) -> None:
 @pytest.mark.parametrize(
     ("changes", "fragment"),
     [
-        ({"weights": [60e3]}, "weights has 1 axles: must be at least 2"),
+        ({"weights": [60e3]}, "weights has 1 axles: must be 2 to 50"),
         ({"weights": []}, "weights has 0 axles"),
         ({"weights": 60e3}, "weights has shape ()"),
         ({"weights": [[60e3, 90e3]]}, "weights has shape (1, 2)"),
@@ -503,3 +503,14 @@ def test_named_presets() -> None:
         vehicles.named("bicycle")
     with pytest.raises(ValueError, match="b_double has no axle_spacing; it has suspension"):
         vehicles.named("b_double", axle_spacing=1.3)
+
+
+@pytest.mark.parametrize("weights", [[7500.0, 11_500.0], [9e5, 8e5]])
+def test_weights_as_if_not_in_newtons_are_warned_of(weights: list[float]) -> None:
+    with pytest.warns(pf.ValidityWarning, match="weights are in N"):
+        pf.vehicles.from_axles(weights, [4.0])
+
+
+def test_spacings_in_millimetres_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"spacings reach 4000 m: must be at most 50 m"):
+        pf.vehicles.from_axles([6e4, 8e4], [4000.0])

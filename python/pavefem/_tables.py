@@ -83,5 +83,5 @@ def make(key: str, makers: Mapping[str, Callable[..., _Made]], options: dict[str
         raise ValueError(f"{name} needs {', '.join(missing)}")
     try:
         return makers[name](**options)
-    except TypeError as error:
+    except (TypeError, OverflowError) as error:
         raise ValueError(str(error)) from None

@@ -174,6 +174,14 @@ def tire_forces(
         If a force is not finite, or does not settle to the tolerance.
     """
     run = plan(vehicle, profile, speed_kmh, dt, run_in, distance)
+    # Places and forces, and what is made of them on the way.
+    size = 8.0 * 4.0 * run.steps * len(vehicle.tires)
+    if not size < MEMORY_LIMIT:
+        raise ValueError(
+            f"{run.steps} steps of {len(vehicle.tires)} axles would take {size / 2**30:.3g} GiB, "
+            f"the limit is {MEMORY_LIMIT / 2**30:g}: use a longer dt, a shorter distance, or "
+            "fleet_forces"
+        )
     time = dt * np.arange(run.steps + 1, dtype=np.float64)
     position = run.origin + run.speed * time[:, np.newaxis] - vehicle.axle_positions
     static = vehicle.static_loads

@@ -276,7 +276,9 @@ def octave_means(spectrum: xr.DataArray) -> xr.DataArray:
         more.
     """
     n = spectrum["spatial_frequency"].to_numpy()
-    step, centres = float(n[0]), np.array(OCTAVES)
+    if n.size < 2:
+        raise ValueError(f"the spectrum holds {n.size} frequencies: must be at least 2")
+    step, centres = float(n[1] - n[0]), np.array(OCTAVES)
     low, high = centres / math.sqrt(2.0), centres * math.sqrt(2.0)
     # Each line of the spectrum holds for half a step to both sides.
     power = spectrum.cumsum("spatial_frequency") * step
@@ -286,7 +288,8 @@ def octave_means(spectrum: xr.DataArray) -> xr.DataArray:
     means = means.assign_coords(
         spatial_frequency=("spatial_frequency", centres, {"units": "cycle/m"})
     )
-    return means[..., (low >= RESOLVED * step) & (high <= n[-1])].assign_attrs(spectrum.attrs)
+    whole = (low >= max(RESOLVED * step, n[0] - 0.5 * step)) & (high <= n[-1])
+    return means[..., whole].assign_attrs(spectrum.attrs)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from pavefem._model import Model, NotNegative, Number, Positive, checked
-from pavefem.vehicle import Body, Friction, Spring, Tire, Vehicle
+from pavefem.vehicle import Body, Friction, PrintLength, Spring, Tire, Vehicle
 
 Equalization = Literal["independent", "walking-beam", "load-sharing"]
 
@@ -62,7 +62,7 @@ class Tires(Model):
     """Damping constant of one tire, N s/m."""
     dual: bool = False
     """Whether the axle has two tires on each side, or one."""
-    print_length: NotNegative = 0.0
+    print_length: PrintLength = 0.0
     """Length of the tire print, over which the elevation of the road is averaged, m; 0 for a
     point."""
 
@@ -102,7 +102,7 @@ class AxleGroup(Model):
 
     x: Number
     """Middle between its first and its last axle, m behind the vehicle's front axle."""
-    axles: Annotated[int, Field(ge=1)] = 1
+    axles: Annotated[int, Field(ge=1, le=50)] = 1
     """Number of axles."""
     spacing: Spacing | None = None
     """Distance from one axle to the next, m, one for all or each; for more axles than one."""

@@ -100,6 +100,10 @@ class Spring(Model):
         return tuple(zip(bodies, places, strict=False))
 
 
+PrintLength = Annotated[NotNegative, Field(le=2.0)]
+"""Length of a tire print, m; prints are 0.2 to 0.3 m long."""
+
+
 class Tire(Model):
     """The tires of one axle: a spring and a damper between a body and the road."""
 
@@ -111,7 +115,7 @@ class Tire(Model):
     """Spring constant of all tires of the axle, N/m."""
     damping: NotNegative
     """Damping constant of all tires of the axle, N s/m."""
-    print_length: NotNegative = 0.0
+    print_length: PrintLength = 0.0
     """Length of the tire print, over which the elevation of the road is averaged, m; 0 for a
     point."""
     dual: bool = False

@@ -36,7 +36,11 @@ OTHERS: Final = "vehicles and scenarios (.toml) and results (.nc)"
 def info(
     files: Annotated[
         list[Path],
-        typer.Argument(help=f"Profiles ({', '.join(PROFILE_READERS)}), {OTHERS}.", metavar="FILE"),
+        typer.Argument(
+            help=f"Profiles ({', '.join(PROFILE_READERS)}), {OTHERS}.",
+            metavar="FILE",
+            readable=False,
+        ),
     ],
     elevation_unit: ElevationUnit = None,
     station_unit: StationUnit = None,

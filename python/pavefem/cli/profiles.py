@@ -48,7 +48,8 @@ Lateral = Annotated[
     ),
 ]
 Files = Annotated[
-    list[Path], typer.Argument(help=f"Profiles: {', '.join(PROFILE_READERS)}.", metavar="FILE")
+    list[Path],
+    typer.Argument(help=f"Profiles: {', '.join(PROFILE_READERS)}.", metavar="FILE", readable=False),
 ]
 
 

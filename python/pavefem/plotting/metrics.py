@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Final
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from pavefem.plotting.style import COLOURS, colour
+from pavefem.plotting.style import COLOURS, colour, new_figure, plain
 
 MOST_VEHICLES: Final = len(COLOURS)
 """Most vehicles that are drawn one by one."""
@@ -32,7 +31,7 @@ def plot_dlc(dlc: xr.DataArray) -> Figure:
     """
     rows = _rows("dlc", dlc, "axle")
     places, count = np.arange(rows.sizes["axle"]), rows.sizes["vehicle"]
-    figure = plt.figure(figsize=(7.0, 3.6), layout="constrained")
+    figure = new_figure(7.0, 3.6)
     axes = figure.add_subplot()
     title = "Dynamic load coefficient"
     if count > MOST_VEHICLES:
@@ -51,7 +50,6 @@ def plot_dlc(dlc: xr.DataArray) -> Figure:
     axes.set_ylim(bottom=0.0)
     axes.set_axisbelow(True)
     axes.grid(axis="y", alpha=0.3)
-    plt.close(figure)
     return figure
 
 
@@ -78,7 +76,7 @@ def plot_aggregate_force(aggregate: xr.Dataset) -> Figure:
             "some, or draw aggregate_force(..., fleet=True)"
         )
     percentiles = np.atleast_1d(aggregate["percentile_95"] / aggregate["static"])
-    figure = plt.figure(figsize=(9.0, 3.6), layout="constrained")
+    figure = new_figure(9.0, 3.6)
     axes = figure.add_subplot()
     for number, (row, percentile) in enumerate(zip(rows, percentiles, strict=True)):
         name = _name(row) if count > 1 else "along the road"
@@ -96,7 +94,6 @@ def plot_aggregate_force(aggregate: xr.Dataset) -> Figure:
     axes.set(title=title, xlabel="station [m]", ylabel="dynamic sum / static sum")
     axes.legend(fontsize="small", loc="center left", bbox_to_anchor=(1.0, 0.5))
     axes.grid(alpha=0.3)
-    plt.close(figure)
     return figure
 
 
@@ -116,7 +113,7 @@ def plot_spatial_repeatability(sri: xr.DataArray) -> Figure:
     if not isinstance(sri, xr.DataArray) or set(sri.dims) != {"vehicle", "other"}:
         raise ValueError("sri must be labelled by vehicle and other, as of a fleet")
     matrix = sri.transpose("vehicle", "other").to_numpy()
-    figure = plt.figure(figsize=(5.6, 4.6), layout="constrained")
+    figure = new_figure(5.6, 4.6)
     axes = figure.add_subplot()
     image = axes.imshow(matrix, vmin=-1.0, vmax=1.0, cmap="RdBu_r")
     figure.colorbar(image, label="correlation of aggregate forces")
@@ -130,7 +127,6 @@ def plot_spatial_repeatability(sri: xr.DataArray) -> Figure:
             ink = "white" if abs(value) > 0.6 else "black"
             axes.text(column, row, f"{value:.2f}", color=ink, ha="center", va="center")
     axes.set(title="Spatial repeatability index", xlabel="vehicle", ylabel="vehicle")
-    plt.close(figure)
     return figure
 
 
@@ -145,4 +141,4 @@ def _rows(name: str, values: xr.DataArray, along: str) -> xr.DataArray:
 
 def _name(row: xr.DataArray) -> str:
     names = [row[name].item() for name in ("vehicle_name", "vehicle") if name in row.coords]
-    return str(names[0]) if names else "vehicle"
+    return plain(str(names[0])) if names else "vehicle"

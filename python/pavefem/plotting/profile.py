@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
 
-from pavefem.plotting.style import MM, colour
+from pavefem.plotting.style import MM, colour, new_figure, plain
 from pavefem.profile import ISO8608_CENTRES, ISO8608_N0, Profile
 from pavefem.roughness import iri, octave_means, psd
 
@@ -21,18 +20,17 @@ def plot_profile(profile: Profile, road: tuple[float, float] | None = None) -> F
     road : (float, float), optional
         Stations between which the pavement lies, m, to be shaded.
     """
-    figure = plt.figure(figsize=(9.0, 3.0), layout="constrained")
+    figure = new_figure(9.0, 3.0)
     axes = figure.add_subplot()
     level = profile.z[0]
     axes.plot(profile.x, (profile.z - level) * MM, color="black", linewidth=0.9)
     if road is not None:
         axes.axvspan(*road, color="#0072b2", alpha=0.15, label="pavement")
         axes.legend(fontsize="small")
-    title = profile.name or "road profile"
+    title = plain(profile.name) or "road profile"
     label = f"elevation above {level:.3f} m [mm]"
     axes.set(title=title, xlabel="station [m]", ylabel=label)
     axes.grid(alpha=0.3)
-    plt.close(figure)
     return figure
 
 
@@ -46,7 +44,7 @@ def plot_iri(profile: Profile, segment: float = 100.0) -> Figure:
     segment : float, optional
         Length of the segments, m.
     """
-    figure = plt.figure(figsize=(9.0, 3.4), layout="constrained")
+    figure = new_figure(9.0, 3.4)
     axes = figure.add_subplot()
     index, whole = iri(profile, segment=segment), iri(profile)
     start, length = index["start"].to_numpy(), index["length"].to_numpy()
@@ -73,14 +71,13 @@ def plot_iri(profile: Profile, segment: float = 100.0) -> Figure:
         )
     axes.legend(title="whole profile", fontsize="small", title_fontsize="small", ncols=tracks)
     axes.set(
-        title=f"IRI on segments of {segment:g} m, {profile.name or 'road profile'}",
+        title=f"IRI on segments of {segment:g} m, {plain(profile.name) or 'road profile'}",
         xlabel="station [m]",
         ylabel="IRI [m/km]",
         xlim=(start[0], start[-1] + length[-1]),
     )
     axes.set_ylim(top=1.25 * axes.get_ylim()[1])  # room for the legend
     axes.grid(alpha=0.3, axis="y")
-    plt.close(figure)
     return figure
 
 
@@ -92,7 +89,7 @@ def plot_psd(profile: Profile) -> Figure:
     profile : Profile
         The profile; each of its tracks is drawn.
     """
-    figure = plt.figure(figsize=(7.0, 5.4), layout="constrained")
+    figure = new_figure(7.0, 5.4)
     axes = figure.add_subplot()
     spectrum = psd(profile)
     octaves = octave_means(spectrum)
@@ -118,7 +115,7 @@ def plot_psd(profile: Profile) -> Figure:
             letter, (n[1], centre * law[1]), (4, 0), textcoords="offset points", va="center"
         )
     axes.set(
-        title=f"{profile.name or 'Road profile'}, classes of ISO 8608",
+        title=f"{plain(profile.name) or 'Road profile'}, classes of ISO 8608",
         xlabel="spatial frequency [cycle/m]",
         ylabel="displacement PSD [m³]",
         xlim=(0.4 * n[0], 3.0 * n[1]),
@@ -126,5 +123,4 @@ def plot_psd(profile: Profile) -> Figure:
     )
     axes.legend(fontsize="small")
     axes.grid(alpha=0.3)
-    plt.close(figure)
     return figure

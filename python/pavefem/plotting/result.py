@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pavefem.plotting.style import KN, MM, colour
+from pavefem.plotting.style import KN, MM, colour, new_figure, plain
 
 if TYPE_CHECKING:
     from pavefem.result import Result
@@ -42,16 +41,15 @@ def plot_result(result: Result, x: float | None = None) -> Figure:
         panels.append(draw_forces)
     columns = 1 if len(panels) == 1 else 2
     rows = -(-len(panels) // columns)
-    figure = plt.figure(figsize=(6.0 * columns, 3.4 * rows + 0.5), layout="constrained")
+    figure = new_figure(6.0 * columns, 3.4 * rows + 0.5)
     for number, panel in enumerate(panels, start=1):
         panel(figure.add_subplot(rows, columns, number), result)
     scenario = result.scenario
-    profile = "smooth road" if scenario.profile is None else scenario.profile.name
+    profile = "smooth road" if scenario.profile is None else plain(scenario.profile.name)
     figure.suptitle(
-        f"{scenario.vehicle.name}, {scenario.speed_kmh:g} km/h, "
+        f"{plain(scenario.vehicle.name)}, {scenario.speed_kmh:g} km/h, "
         f"{scenario.temperature_c:g} °C, {profile}"
     )
-    plt.close(figure)  # the caller shows or saves it; pyplot need not keep it
     return figure
 
 

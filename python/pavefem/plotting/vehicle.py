@@ -5,14 +5,13 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Rectangle, Wedge
 
-from pavefem.plotting.style import COLOURS, KN, colour
+from pavefem.plotting.style import COLOURS, KN, colour, new_figure, plain
 
 if TYPE_CHECKING:
     from pavefem.vehicle import Body, Spring, Tire, Vehicle
@@ -51,7 +50,7 @@ def plot_vehicle(vehicle: Vehicle) -> Figure:
     view = _View(vehicle)
     left, right = view.ends
     width = float(np.clip(0.55 * (right - left), 5.5, 13.0))
-    figure = plt.figure(figsize=(width, 5.3 * width / (right - left) + 1.3), layout="constrained")
+    figure = new_figure(width, 5.3 * width / (right - left) + 1.3)
     axes = figure.add_subplot()
     for unit in view.units:
         view.draw_unit(axes, unit)
@@ -67,8 +66,7 @@ def plot_vehicle(vehicle: Vehicle) -> Figure:
     axes.set_xlabel("m behind the front axle")
     axes.spines[["left", "right", "top"]].set_visible(False)
     figure.legend(handles=view.legend(), loc="outside lower center", ncols=5, fontsize="small")
-    figure.suptitle(f"{vehicle.name}, {vehicle.total_mass / 1e3:.1f} t")
-    plt.close(figure)
+    figure.suptitle(f"{plain(vehicle.name)}, {vehicle.total_mass / 1e3:.1f} t")
     return figure
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Final, NamedTuple, get_args
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pavefem._core import GRAVITY
+from pavefem.errors import ValidityWarning
 from pavefem.units import AxleGroup, Unit, from_units, part_groups
 from pavefem.vehicle import Vehicle
 from pavefem.vehicles.running_gear import AIR_HEIGHT, DRIVE, STEER, TRAILER, Kind, RunningGear, air
@@ -17,6 +19,13 @@ PIN_PLACE: Final = 0.9
 """Place of a fifth wheel between the front and the rear support of the unit that carries it."""
 PIN_PART: Final = 0.8
 """Load on it as a part of the load that would leave that unit no weight at one of its ends."""
+MOST_AXLES: Final = 50
+"""Most axles of a record."""
+WIDEST_GAP: Final = 50.0
+"""Largest distance from one axle to the next, m, that is believed."""
+LIGHTEST: Final = 12e3
+HEAVIEST: Final = 500e3
+"""Loads, N, between which the heaviest axle of a heavy vehicle is believed to be."""
 GYRATION: Final = 1.0 / 3.0
 """Radius of gyration of a unit as a part of the distance between its supports."""
 
@@ -71,6 +80,11 @@ def from_axles(
         If an array has another length, weights or spacings are not finite and above 0, an axle
         weighs no more than its unsprung mass, or groups do not go up one by one.
 
+    Warns
+    -----
+    ValidityWarning
+        If the heaviest axle weighs less than 12 kN or more than 500 kN, as if not in N.
+
     Examples
     --------
     >>> vehicle = from_axles(weights=[60e3, 80e3, 75e3, 70e3, 72e3], spacings=[4.1, 1.3, 8.9, 1.25])
@@ -78,8 +92,19 @@ def from_axles(
     array([60000., 80000., 75000., 70000., 72000.])
     """
     loads, gaps = _positive("weights", weights, "N"), _positive("spacings", spacings, "m")
-    if loads.size < 2:
-        raise ValueError(f"weights has {loads.size} axles: must be at least 2")
+    if not 2 <= loads.size <= MOST_AXLES:
+        raise ValueError(f"weights has {loads.size} axles: must be 2 to {MOST_AXLES}")
+    if gaps.size and gaps.max() > WIDEST_GAP:
+        raise ValueError(
+            f"spacings reach {gaps.max():g} m: must be at most {WIDEST_GAP:g} m (they are in m)"
+        )
+    if not LIGHTEST <= loads.max() <= HEAVIEST:
+        warnings.warn(
+            f"the heaviest axle weighs {loads.max():g} N: weights are in N, and that of a heavy "
+            f"vehicle has {LIGHTEST:g} to {HEAVIEST:g} N",
+            ValidityWarning,
+            stacklevel=2,
+        )
     if gaps.size != loads.size - 1:
         raise ValueError(
             f"spacings has {gaps.size} numbers for {loads.size} axles: must be {loads.size - 1}"
