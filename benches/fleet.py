@@ -137,19 +137,18 @@ def road_under(road: pf.Profile, position: Array, speed: float) -> tuple[Array, 
     return np.interp(position, x, z), rate
 
 
-def lsim_case(fleet: Fleet, truck: pf.Vehicle) -> tuple[Callable[[], Array], float]:
-    """Give a run of lsim at full speed, and how far the forces of pavefem are from its."""
+def lsim_run(fleet: Fleet, truck: pf.Vehicle) -> tuple[float, float]:
+    """Time lsim at full speed, in s, and find how far the forces of pavefem are from its."""
     forces = pf.tire_forces(truck, fleet.road, FULL_SPEED_KMH, dt=DT)
     system = state_space(truck)
     elevation, rate = road_under(fleet.road, forces.position, FULL_SPEED_KMH / 3.6)
     # It starts at rest on the level of the first sample.
     elevation -= fleet.road.z[0]
+    start = time.perf_counter()
+    _, answer, _ = lsim(system[:4], elevation, forces.time)
+    taken = time.perf_counter() - start
 
-    def run() -> Array:
-        _, answer, _ = lsim(system[:4], elevation, forces.time)
-        return answer
-
-    expected = truck.static_loads + run() + system.damping * rate
+    expected = truck.static_loads + answer + system.damping * rate
     steps = forces.position / SPACING
     on_line = np.abs(steps - np.round(steps)) > 1e-6
     if not 0.5 < on_line.mean() < 1.0:
@@ -157,7 +156,7 @@ def lsim_case(fleet: Fleet, truck: pf.Vehicle) -> tuple[Callable[[], Array], flo
     difference = (np.abs(forces.force - expected) / truck.static_loads)[on_line].max()
     if not difference < AGREEMENT:
         raise AssertionError(f"{truck.name}: {difference:.1e} of the static load from lsim")
-    return run, float(difference)
+    return taken, float(difference)
 
 
 # --------------------------------------------------------------------------- measuring, printing
@@ -191,19 +190,19 @@ def peak_megabytes() -> float:
 def in_turn(fleet: Fleet, rounds: int) -> dict[str, float]:
     """Time lsim and pavefem by turns, per truck and second."""
     count = len(fleet.trucks)
-    some = slice(0, min(count, SLICE))
-    chosen = [fleet.trucks[count * round_ // rounds] for round_ in range(rounds)]
-    cases = [lsim_case(fleet, truck) for truck in chosen]
+    some = slice(0, SLICE)
     seconds = fleet.road.length / (FULL_SPEED_KMH / 3.6)
-    ours, theirs = [], []
-    for run, _ in cases:
-        theirs.append(timed(run) / seconds)
+    ours, theirs, differences = [], [], []
+    for number in range(rounds):
+        taken, difference = lsim_run(fleet, fleet.trucks[count * number // rounds])
+        theirs.append(taken / seconds)
+        differences.append(difference)
         ours.append(timed(lambda: fleet.run(some, 1)) / fleet.seconds(some))
     return {
         "lsim_us_a_step": 1e6 * DT * min(theirs),
         "pavefem_us_a_step": 1e6 * DT * min(ours),
         "ratio_to_lsim": min(theirs) / min(ours),
-        "difference_to_lsim": max(difference for _, difference in cases),
+        "difference_to_lsim": max(differences),
     }
 
 
