@@ -35,16 +35,18 @@ def test_every_point_is_there() -> None:
 @pytest.mark.parametrize("name", GOLDEN)
 def test_golden(name: str) -> None:
     found, expected = regenerate.answer(SCENARIOS[name]), GOLDEN[name]
+    # A window is cut in time by the lanes that a machine has, which may show in the eighth digit.
+    part = 1e-7 if SCENARIOS[name].scheme.solver == "window" else 1e-9
     assert set(found) == set(expected)
     for key in ("max_deflection", "rebound", "middle"):
-        assert found[key] == pytest.approx(expected[key], rel=1e-9, abs=1e-15), key
+        assert found[key] == pytest.approx(expected[key], rel=part, abs=1e-15), key
     assert found["time_of_lowest"] == pytest.approx(expected["time_of_lowest"], abs=1e-12)
     for key in ("deflection", "tire_force"):
         assert found[key]["shape"] == expected[key]["shape"]
-        assert found[key]["norm"] == pytest.approx(expected[key]["norm"], rel=1e-9)
+        assert found[key]["norm"] == pytest.approx(expected[key]["norm"], rel=part)
         samples, largest = np.array(expected[key]["samples"]), expected[key]["norm"]
         np.testing.assert_allclose(
-            found[key]["samples"], samples, rtol=1e-9, atol=1e-12 * largest, err_msg=key
+            found[key]["samples"], samples, rtol=part, atol=1e-3 * part * largest, err_msg=key
         )
     assert [lift[:2] for lift in found["lift_off"]] == [lift[:2] for lift in expected["lift_off"]]
     np.testing.assert_allclose(
