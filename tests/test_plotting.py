@@ -23,6 +23,7 @@ def test_a_dollar_in_a_name_begins_no_formula(road: pf.Road) -> None:
 
 def test_a_picture_that_is_refused_leaves_no_figure_open() -> None:
     irregular = pf.Profile([0.0, 1.0, 1.5, 40.0], [0.0, 0.0, 0.01, 0.0])
+    before = plt.get_fignums()
     with pytest.raises(ValueError, match="uniform stations"):
         plotting.plot_iri(irregular)
-    assert plt.get_fignums() == []
+    assert plt.get_fignums() == before

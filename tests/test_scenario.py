@@ -340,7 +340,7 @@ def test_scenarios_are_frozen_values() -> None:
 def test_docstring_shows_a_file_that_works(write: Callable[[str], Path], tmp_path: Path) -> None:
     """The example in the docstring of `Scenario` is a scenario file."""
     doc = pf.Scenario.__doc__ or ""
-    block = doc.split("::\n\n", 1)[1]
+    block = doc.split("::\n\n", 1)[1].split("Parameters\n", 1)[0]
     lines = [line for line in block.splitlines() if line.startswith("    ") or not line.strip()]
     pf.Profile.smooth(90.0).to_csv(tmp_path / "site.csv")
     scenario = pf.Scenario.from_toml(write("\n".join(line.strip() for line in lines)))
