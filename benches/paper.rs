@@ -49,7 +49,7 @@ fn transition(strip: &Strip, dt: f64, form: Form) -> Transition {
 
 fn stepper(strip: Strip, dt: f64, scheme: (Weights, Hold)) -> Stepper {
     let transition = transition(&strip, dt, Form::Stiffness);
-    let keep = Keep { nodes: false, stations: vec![0.5 * LENGTH], every: 1 };
+    let keep = Keep::deflection(false, &[0.5 * LENGTH], 1);
     Stepper::new(strip, transition, scheme, &keep, &mut |_, _| true).unwrap()
 }
 
@@ -76,7 +76,7 @@ fn parts(criterion: &mut Criterion) {
     }
     let ready = transition(&strip, DT, Form::Stiffness);
     group.bench_function("blocks of Phi", |bencher| bencher.iter(|| black_box(&ready).phi()));
-    let keep = Keep { nodes: false, stations: vec![0.5 * LENGTH], every: 1 };
+    let keep = Keep::deflection(false, &[0.5 * LENGTH], 1);
     group.bench_function("stepper", |bencher| {
         bencher.iter_batched(
             || (strip.clone(), ready.clone()),

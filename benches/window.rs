@@ -18,7 +18,8 @@ const SPEED: f64 = 65.0 / 3.6;
 const DT: f64 = 1e-3;
 const AXLES: [f64; 3] = [0.0, 4.55, 5.85];
 const FORCES: [f64; 3] = [38_925.0, 76_335.0, 80_938.0];
-const ENVELOPE: Keep = Keep { nodes: false, stations: Vec::new(), every: 1 };
+const ENVELOPE: Keep =
+    Keep { quantities: Vec::new(), nodes: false, stations: Vec::new(), every: 1 };
 
 type Scheme = (f64, Foundation, (Weights, Hold));
 

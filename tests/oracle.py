@@ -168,6 +168,18 @@ def exponential(
     )
 
 
+def turning(history: Array) -> tuple[Array, Array]:
+    """Find what each column goes down and up to, at vertices of parabolas through three rows."""
+    left, middle, right = history[:-2], history[1:-1], history[2:]
+    bend, slope = right - 2.0 * middle + left, (right - left) / 2.0
+    # No vertex is further than half a step from the row it belongs to.
+    part = np.minimum(np.abs(slope) / np.where(bend == 0.0, np.inf, np.abs(bend)), 0.5)
+    depth = np.minimum(np.abs(slope) * part / 2.0, np.abs(bend) / 8.0)
+    low = np.where(bend > 0.0, middle - depth, middle).min(axis=0)
+    high = np.where(bend < 0.0, middle + depth, middle).max(axis=0)
+    return np.minimum(low, history.min(axis=0)), np.maximum(high, history.max(axis=0))
+
+
 def constant_forces(
     vehicle: pf.Vehicle, length: float, speed_kmh: float, dt: float
 ) -> tuple[Array, Array]:

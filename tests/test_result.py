@@ -75,6 +75,7 @@ def test_dataset_dimensions_and_units(rough_run: pf.Result) -> None:
         "lowest": "m",
         "highest": "m",
         "time_of_lowest": "s",
+        "peak_deflection": "m",
         "deflection": "m",
         "tire_force": "N",
         "axle_position": "m",
@@ -143,7 +144,9 @@ def test_history_where_none_was_kept(nominal: pf.Result, road: pf.Road, truck: p
         nominal.history(float("nan"))
     with pytest.raises(ValueError, match="no history was kept"):
         nominal.history(-3.0)
-    with pytest.raises(ValueError, match=r'no history was kept.*keep=\["deflection"\]'):
+    with pytest.raises(
+        ValueError, match=r"no history of 'deflection' was kept.*keep=\['deflection'\]"
+    ):
         pf.simulate(road, truck, keep="envelope").history(12.5)
 
 

@@ -35,6 +35,7 @@ TRACK_SHARE: Final[float]
 
 _Array = NDArray[np.float64]
 _Progress = Callable[[int, int], object]
+_Keep = tuple[list[str], bool, _Array, int]
 
 def binder_stiffness(
     loading_time: _Array,
@@ -96,13 +97,11 @@ class Stepper:
         transition: Transition,
         weights: str,
         hold: str,
-        nodes: bool,
-        stations: _Array,
-        every: int,
+        keep: _Keep,
     ) -> Stepper: ...
     def run(
         self, positions: _Array, forces: _Array, progress: _Progress | None = None
-    ) -> tuple[_Array, _Array, _Array, NDArray[np.uint64]]: ...
+    ) -> tuple[_Array, _Array, _Array, NDArray[np.uint64], _Array]: ...
 
 @final
 class Window:
@@ -115,15 +114,13 @@ class Window:
         dt: float,
         weights: str,
         hold: str,
-        nodes: bool,
-        stations: _Array,
-        every: int,
+        keep: _Keep,
     ) -> Window: ...
     @property
     def nodes(self) -> _Array: ...
     def run(
         self, positions: _Array, forces: _Array, progress: _Progress | None = None
-    ) -> tuple[_Array, _Array, _Array, NDArray[np.uint64]]: ...
+    ) -> tuple[_Array, _Array, _Array, NDArray[np.uint64], _Array]: ...
 
 @final
 class Vehicle:

@@ -46,7 +46,9 @@ class Pavement(Model):
     asphalt: Asphalt = Asphalt()
     """The mix of the beam and of the asphalt's part of the bars."""
     moment_of_inertia: Positive = 4.5e-5
-    """Second moment of area I of the beam, m⁴ (a strip 0.54 m wide and 0.10 m thick)."""
+    """Second moment of area I of the beam, m⁴."""
+    thickness: Annotated[Positive, Field(le=10)] = 0.10
+    """Thickness of the beam, m: strain at its bottom is the curvature times half of it."""
     spacing: Annotated[Positive, Field(le=100)] = 0.5
     """Distance between bars, and length of the element that the constants below hold for, m."""
     element_mass: Positive = 1000.0
@@ -80,6 +82,11 @@ class Pavement(Model):
             Fields that are to differ from Table I.
         """
         return cls(asphalt=Asphalt() if asphalt is None else asphalt, **changes)
+
+    @property
+    def width(self) -> float:
+        """Width of the strip that carries a wheel track, 12 I / thickness³, m (0.54 m)."""
+        return 12.0 * self.moment_of_inertia / self.thickness**3
 
     @property
     def subbase_stiffness(self) -> float:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import os
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
@@ -19,6 +20,7 @@ from pavefem._files import replacing
 from pavefem.errors import FormatError
 from pavefem.forces import AxleForces, LiftOff, TireForces
 from pavefem.profile import Profile
+from pavefem.quantities import QUANTITIES, Quantity
 from pavefem.scenario import Scenario
 
 if TYPE_CHECKING:
@@ -41,12 +43,15 @@ class Result:
         Envelope: extremes of the deflection of every node over the whole run, m.
     time_of_lowest : ndarray, shape (nodes,)
         When each node was lowest, s.
+    peak_deflection : ndarray, shape (axles, nodes)
+        Magnitude of the lowest deflection of every node while each axle was the nearest, m.
     axles : AxleForces
         Extremes of the tire force of every axle over the whole run, N, and where it lifted off.
     time : ndarray, shape (times,)
         Instants of the histories, s.
-    deflection : ndarray, shape (times, nodes) or (times, stations), or None
-        Deflection histories, m, if kept.
+    histories : dict of ndarray, shape (times, nodes) or (times, stations)
+        What was kept of ``deflection``, ``velocity``, ``curvature``, ``moment``, ``strain`` and
+        ``pressure``, by name.
     stations : ndarray, or None
         Places of the histories, m, where they are not the nodes.
     forces : TireForces, or None
@@ -58,9 +63,10 @@ class Result:
     lowest: NDArray[np.float64]
     highest: NDArray[np.float64]
     time_of_lowest: NDArray[np.float64]
+    peak_deflection: NDArray[np.float64]
     axles: AxleForces
     time: NDArray[np.float64]
-    deflection: NDArray[np.float64] | None = None
+    histories: Mapping[Quantity, NDArray[np.float64]] = field(default_factory=dict)
     stations: NDArray[np.float64] | None = None
     forces: TireForces | None = None
 
@@ -78,8 +84,13 @@ class Result:
         return max(0.0, -float(self.lowest.min()))
 
     @property
+    def deflection(self) -> NDArray[np.float64] | None:
+        """Deflection histories, m, if kept."""
+        return self.histories.get("deflection")
+
+    @property
     def places(self) -> NDArray[np.float64]:
-        """Places of the deflection histories, m: the stations, or the nodes."""
+        """Places of the histories, m: the stations, or the nodes."""
         return self.x if self.stations is None else self.stations
 
     @property
@@ -94,16 +105,20 @@ class Result:
         """Lowest and highest deflection of every node, m, and when it was lowest, s."""
         return self.dataset[["lowest", "highest", "time_of_lowest"]]
 
-    def history(self, x: float) -> xr.DataArray:
-        """Deflection over time at a node or station, m.
+    def history(self, x: float, quantity: Quantity = "deflection") -> xr.DataArray:
+        """Deflection, or another quantity that was kept, over time at a node or station.
 
         Raises
         ------
         ValueError
-            If no history was kept at that place; the message names the nearest one.
+            If no history was kept of it or at that place; the message names the nearest one.
         """
-        if self.deflection is None:
-            raise ValueError('no history was kept: run with keep=["deflection"] or stations=[...]')
+        if quantity not in self.histories:
+            kept = f"only of {', '.join(self.histories)}" if self.histories else "of nothing"
+            wanted = quantity if quantity in QUANTITIES else "|".join(QUANTITIES)
+            raise ValueError(
+                f"no history of {quantity!r} was kept, {kept}: run with keep=[{wanted!r}]"
+            )
         place = float(x)
         if not math.isfinite(place):
             raise ValueError(f"x = {x!r} m: must be finite")
@@ -114,7 +129,7 @@ class Result:
                 f"no history was kept at x = {x:g} m, the nearest is at {places[nearest]:g} m: "
                 f"run with stations=[{x:g}]"
             )
-        return self.dataset["deflection"][:, nearest]
+        return self.dataset[quantity][:, nearest]
 
     @cached_property
     def dataset(self) -> xr.Dataset:
@@ -129,6 +144,11 @@ class Result:
                     "x",
                     self.time_of_lowest,
                     {"units": "s", "long_name": "time of the lowest deflection"},
+                ),
+                "peak_deflection": (
+                    ("axle", "x"),
+                    self.peak_deflection,
+                    metres | {"long_name": "largest deflection while an axle is the nearest"},
                 ),
                 "static_load": (
                     "axle",
@@ -153,11 +173,12 @@ class Result:
             },
             attrs=self._attributes(),
         )
-        if self.deflection is not None:
-            if self.stations is not None:
-                dataset = dataset.assign_coords(station=("station", self.stations, metres))
-            attributes = metres | {"long_name": "deflection", "positive": "up"}
-            dataset["deflection"] = (("time", place), self.deflection, attributes)
+        if self.stations is not None:
+            dataset = dataset.assign_coords(station=("station", self.stations, metres))
+        for name, values in self.histories.items():
+            is_ = QUANTITIES[name]
+            attributes = {"units": is_.units, "long_name": is_.long_name, "positive": is_.positive}
+            dataset[name] = (("time", place), values, attributes)
         if self.forces is not None:
             dataset = dataset.merge(self.forces.dataset)
         profile = self.scenario.profile
@@ -266,6 +287,7 @@ _DIMENSIONS: Final = {
     "lowest": ("x",),
     "highest": ("x",),
     "time_of_lowest": ("x",),
+    "peak_deflection": ("axle", "x"),
     "tire_force": ("time", "axle"),
     "axle_position": ("time", "axle"),
     "static_load": ("axle",),
@@ -276,11 +298,19 @@ _DIMENSIONS: Final = {
 
 def _check_dataset(dataset: xr.Dataset) -> None:
     """Find what a file of another origin lacks or holds in another shape."""
-    for name in ("x", "time", "lowest", "highest", "time_of_lowest", "static_load"):
+    for name in (
+        "x",
+        "time",
+        "static_load",
+        "lowest",
+        "highest",
+        "time_of_lowest",
+        "peak_deflection",
+    ):
         if name not in dataset.variables:
             raise ValueError(f"it has no {name}")
     place = "station" if "station" in dataset.dims else "x"
-    for name, dims in (_DIMENSIONS | {"deflection": ("time", place)}).items():
+    for name, dims in (_DIMENSIONS | dict.fromkeys(QUANTITIES, ("time", place))).items():
         if name not in dataset:
             continue
         values = dataset[name]
@@ -334,9 +364,10 @@ def _from_dataset(dataset: xr.Dataset) -> Result:
         lowest=dataset["lowest"].to_numpy(),
         highest=dataset["highest"].to_numpy(),
         time_of_lowest=dataset["time_of_lowest"].to_numpy(),
+        peak_deflection=dataset["peak_deflection"].to_numpy(),
         axles=axles,
         time=dataset["time"].to_numpy(),
-        deflection=dataset["deflection"].to_numpy() if "deflection" in dataset else None,
+        histories={name: dataset[name].to_numpy() for name in QUANTITIES if name in dataset},
         stations=dataset["station"].to_numpy() if "station" in dataset else None,
         forces=forces,
     )

@@ -93,6 +93,11 @@ class Road(Model):
         """Length of the road, m."""
         return sum(section.length for section in self.sections)
 
+    def pavement_at(self, x: float) -> Pavement:
+        """Structure at a place, m; between two sections, that of the one ahead."""
+        ends = np.cumsum([section.length for section in self.sections[:-1]])
+        return self.sections[int(np.searchsorted(ends, x, side="right"))].pavement
+
     @classmethod
     def paper(cls) -> Self:
         """Build the paper's road: 25 m of the pavement of Table I, both ends clamped."""

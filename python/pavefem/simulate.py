@@ -22,17 +22,17 @@ from pavefem.forces import (
     tire_forces,
 )
 from pavefem.profile import Profile
+from pavefem.quantities import QUANTITIES, Quantity, core_names, histories
 from pavefem.result import Result
 from pavefem.road import Road
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
 from pavefem.vehicle import Vehicle
 
-Quantity = Literal["deflection", "tire_force"]
-Keep = Sequence[Quantity] | Literal["envelope"]
+Keep = Sequence[Quantity | Literal["tire_force"]] | Literal["envelope"]
 
-EVERYTHING: Final[tuple[Quantity, ...]] = ("deflection", "tire_force")
-"""Histories that can be kept."""
+HISTORIES: Final[Keep] = ("deflection", "tire_force")
+"""Histories that are kept where it is not said."""
 
 _STEPPERS: Final = Recent[_core.Stepper](budget=256 * 2**20)
 
@@ -48,7 +48,7 @@ def simulate(
     run_in: float = 0.0,
     interpolation: Interpolation = "linear",
     lift_off: bool = False,
-    keep: Keep = EVERYTHING,
+    keep: Keep = HISTORIES,
     every: int = 1,
     stations: Sequence[float] | None = None,
     cache: bool = True,
@@ -79,14 +79,17 @@ def simulate(
         Profile between samples: straight lines, or the elevation of a sample up to the next one.
     lift_off : bool
         Whether a tire that would pull leaves the road; otherwise tires are linear.
-    keep : sequence of {"deflection", "tire_force"}, or "envelope"
-        Histories to keep besides the envelope and the extremes of the tire forces; ``"envelope"``
+    keep : sequence of str, or "envelope"
+        Histories to keep besides the envelope, the peaks under each axle and the extremes of the
+        tire forces: ``"tire_force"``, and of the pavement ``"deflection"``, ``"velocity"``,
+        ``"curvature"``, ``"moment"``, ``"strain"`` (of the bottom fibre), ``"pressure"`` (on the
+        foundation). All but deflections need a scheme with ``solver="window"``. ``"envelope"``
         keeps none.
     every : int
         Keep every n-th instant of the histories. The envelope sees all.
     stations : sequence of float, optional
-        Places, m, whose deflection history is kept in place of that of all nodes (between nodes by
-        the element's shape functions).
+        Places, m, whose histories are kept in place of those of all nodes (between nodes by the
+        element's shape functions).
     cache : bool
         Whether transition matrices are kept between runs, in memory and on disk.
     progress : bool
@@ -125,7 +128,7 @@ def simulate(
 def run(
     scenario: Scenario,
     *,
-    keep: Keep = EVERYTHING,
+    keep: Keep = HISTORIES,
     every: int = 1,
     stations: Sequence[float] | None = None,
     cache: bool = True,
@@ -139,31 +142,42 @@ def run(
     places = np.asarray([] if stations is None else stations, dtype=np.float64)
     if places.ndim != 1 or (stations is not None and places.size == 0):
         raise ValueError(f"stations has shape {places.shape}: must be a list of places, m")
-    deflection = "deflection" in quantities
-    if stations is not None and not deflection:
-        raise ValueError(f'keep = {keep!r}: must have "deflection" in it where stations are given')
-    nodes = deflection and stations is None
-    _check_size(scenario, places.size, nodes, every)
-    stepper, x = _stepper(scenario, nodes, places, every, cache)
+    along: list[Quantity] = [name for name in quantities if name != "tire_force"]
+    if stations is not None and not along:
+        raise ValueError(
+            f"keep = {keep!r}: must have some of {[*QUANTITIES]} where stations are given"
+        )
+    beyond = [name for name in along if name != "deflection"]
+    if beyond and scenario.scheme.solver == "dense":
+        raise ValueError(
+            f'keep = {keep!r}: solver="dense" answers deflections only; for {", ".join(beyond)} '
+            'use solver="window", as Scheme.converged() or Scheme.paper(solver="window") has it'
+        )
+    _check_size(scenario, len(core_names(along)), places.size, every, stations is None)
+    kept = (core_names(along), bool(along) and stations is None, places, every)
+    stepper, x = _stepper(scenario, kept, cache)
     with progress_bar(progress, "vehicle") as report:
         forces = _forces_on_road(scenario, report)
     with progress_bar(progress, "pavement") as report:
-        history, lowest, highest, step = stepper.run(forces.position, forces.force, report)
+        history, lowest, highest, step, passes = stepper.run(forces.position, forces.force, report)
     return Result(
         scenario=scenario,
         x=x,
         lowest=lowest,
         highest=highest,
         time_of_lowest=step.astype(np.float64) * scenario.scheme.dt,
+        peak_deflection=np.abs(passes),
         axles=AxleForces.of(forces),
         time=forces.time[::every],
-        deflection=history if deflection else None,
+        histories=histories(history, along, x if stations is None else places, scenario.road),
         stations=None if stations is None else places,
         forces=_thin(forces, every) if "tire_force" in quantities else None,
     )
 
 
-def _check_size(scenario: Scenario, stations: int, nodes: bool, every: int) -> None:
+def _check_size(
+    scenario: Scenario, quantities: int, stations: int, every: int, nodes: bool
+) -> None:
     """Refuse, before any work, a mesh or histories that no memory holds."""
     road, scheme = scenario.road, scenario.scheme
     elements = sum(section.length / scheme.element_length for section in road.sections)
@@ -174,7 +188,7 @@ def _check_size(scenario: Scenario, stations: int, nodes: bool, every: int) -> N
             'use a Scheme with solver="window", a shorter road or longer elements'
         )
     steps = (road.length + scenario.vehicle.length) / (float(kmh(scenario.speed_kmh)) * scheme.dt)
-    columns = stations + (elements if nodes else 0.0)
+    columns = quantities * (elements if nodes else stations)
     axles = len(scenario.vehicle.tires)
     size = 8.0 * steps * (columns / every + 4.0 * axles)
     if not size < MEMORY_LIMIT:
@@ -184,26 +198,26 @@ def _check_size(scenario: Scenario, stations: int, nodes: bool, every: int) -> N
         )
 
 
-def _check_keep(keep: Keep) -> Sequence[Quantity]:
+def _check_keep(keep: Keep) -> Sequence[Quantity | Literal["tire_force"]]:
+    known = [*QUANTITIES, "tire_force"]
     if not isinstance(keep, str) and isinstance(keep, Iterable):
         quantities = tuple(keep)
-        if all(name in EVERYTHING for name in quantities):
+        if all(name in known for name in quantities):
             return quantities
     elif keep == "envelope":
         return ()
-    raise ValueError(f'keep = {keep!r}: must be "envelope" or some of {[*EVERYTHING]}')
+    raise ValueError(f'keep = {keep!r}: must be "envelope" or some of {known}')
 
 
 def _stepper(
-    scenario: Scenario, nodes: bool, stations: np.ndarray, every: int, cache: bool
+    scenario: Scenario, kept: tuple[list[str], bool, np.ndarray, int], cache: bool
 ) -> tuple[_core.Stepper | _core.Window, np.ndarray]:
     """Prepare the road for stepping, or take what a run before has prepared; and its nodes."""
     road, scheme = scenario.road, scenario.scheme
     table = road.table(scenario.temperature_c, scenario.speed_kmh)
     mesh = (scheme.element_length, scheme.foundation, road.ends)
     if scheme.solver == "window":
-        kept = (nodes, stations, every)
-        window = _core.Window(table, *mesh, scheme.dt, scheme.weights, scheme.hold, *kept)
+        window = _core.Window(table, *mesh, scheme.dt, scheme.weights, scheme.hold, kept)
         return window, window.nodes
     strip = _core.Strip(table, *mesh)
     x = strip.nodes
@@ -215,13 +229,14 @@ def _stepper(
             if cache
             else _core.Transition.of_strip(strip, scheme.dt)
         )
-        return _core.Stepper(strip, response, scheme.weights, scheme.hold, nodes, stations, every)
+        return _core.Stepper(strip, response, scheme.weights, scheme.hold, kept)
 
     if not cache:
         return make(), x
     # Some 25 matrices of n x n, n being two unknowns a node; 35 where forces vary within a step.
     size = (25 if scheme.hold == "zero" else 35) * 8 * (2 * x.size) ** 2
-    whole = (key, scheme.weights, scheme.hold, nodes, tuple(stations), every)
+    quantities, nodes, stations, every = kept
+    whole = (key, scheme.weights, scheme.hold, *quantities, nodes, tuple(stations), every)
     return _STEPPERS.get(whole, size, make), x
 
 

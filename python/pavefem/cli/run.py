@@ -17,7 +17,7 @@ from pavefem.profile import Profile
 from pavefem.result import Result
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
-from pavefem.simulate import EVERYTHING, Keep
+from pavefem.simulate import HISTORIES, Keep
 from pavefem.simulate import run as run_scenario
 from pavefem.vehicle import Vehicle
 
@@ -116,7 +116,7 @@ def run(
         options={key: value for key, value in options.items() if value is not None},
     )
     check_writable(out)
-    keep: Keep = "envelope" if envelope else EVERYTHING
+    keep: Keep = "envelope" if envelope else HISTORIES
     result = run_scenario(inputs, keep=keep, cache=cache, progress=True)
     _report(result, out)
 

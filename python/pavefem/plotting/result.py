@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +13,7 @@ from matplotlib.figure import Figure
 from pavefem.plotting.style import KN, MM, colour, new_figure, plain
 
 if TYPE_CHECKING:
+    from pavefem.quantities import Quantity
     from pavefem.result import Result
 
 
@@ -29,14 +32,15 @@ def plot_result(result: Result, x: float | None = None) -> Figure:
     matplotlib.figure.Figure
         Made without touching the current figure; ``figure.savefig(path)`` writes it.
     """
-    panels = [draw_envelope]
-    if result.deflection is not None:
-        places = result.places
-        middle = places[np.abs(places - result.scenario.road.length / 2.0).argmin()]
-        place = float(middle if x is None else x)
-        panels.insert(0, lambda axes, result: draw_history(axes, result, place))
-        if result.stations is None and result.forces is not None:
-            panels.insert(1, draw_worst_instant)
+    panels: list[Callable[[Axes, Result], None]] = []
+    places = result.places
+    middle = places[np.abs(places - result.scenario.road.length / 2.0).argmin()]
+    place = float(middle if x is None else x)
+    for name in result.histories:
+        panels.append(partial(draw_history, x=place, quantity=name))
+    if result.deflection is not None and result.stations is None and result.forces is not None:
+        panels.append(draw_worst_instant)
+    panels.append(draw_envelope)
     if result.forces is not None:
         panels.append(draw_forces)
     columns = 1 if len(panels) == 1 else 2
@@ -53,10 +57,22 @@ def plot_result(result: Result, x: float | None = None) -> Figure:
     return figure
 
 
-def draw_history(axes: Axes, result: Result, x: float) -> None:
-    """Draw the deflection at `x` over time, marking when each axle passes."""
-    history = result.history(x)
-    axes.plot(result.time, history.to_numpy() * MM, color="black", linewidth=1.2)
+_SHOWN: Final = {
+    "deflection": (MM, "mm"),
+    "velocity": (MM, "mm/s"),
+    "curvature": (1e3, "1/km"),
+    "moment": (KN, "kN m"),
+    "strain": (1e6, "µm/m"),
+    "pressure": (KN, "kPa"),
+}
+"""Factor and unit that a quantity is drawn in."""
+
+
+def draw_history(axes: Axes, result: Result, x: float, quantity: Quantity = "deflection") -> None:
+    """Draw a quantity at `x` over time, marking when each axle passes."""
+    factor, unit = _SHOWN[quantity]
+    history = result.history(x, quantity).to_numpy()
+    axes.plot(result.time, history * factor, color="black", linewidth=1.2)
     if result.forces is not None:
         for axle, position in enumerate(result.forces.position.T):
             if position[0] <= x <= position[-1]:
@@ -68,7 +84,8 @@ def draw_history(axes: Axes, result: Result, x: float) -> None:
                     label=f"axle {axle + 1} passes",
                 )
         axes.legend(fontsize="small")
-    axes.set(title=f"Deflection at x = {x:g} m", xlabel="time [s]", ylabel="deflection [mm]")
+    title = f"{quantity.capitalize()} at x = {x:g} m"
+    axes.set(title=title, xlabel="time [s]", ylabel=f"{quantity} [{unit}]")
     axes.grid(alpha=0.3)
 
 
@@ -104,12 +121,14 @@ def draw_worst_instant(axes: Axes, result: Result) -> None:
 
 
 def draw_envelope(axes: Axes, result: Result) -> None:
-    """Draw the extremes of every node, and the largest deflection."""
+    """Draw the extremes of every node, its lowest as each axle passes, the largest deflection."""
     worst = int(result.lowest.argmin())
     axes.fill_between(
         result.x, result.lowest * MM, result.highest * MM, alpha=0.25, color="#0072b2"
     )
-    axes.plot(result.x, result.lowest * MM, color="#0072b2", label="lowest")
+    for axle, peaks in enumerate(result.peak_deflection):
+        label = f"lowest as axle {axle + 1} passes"
+        axes.plot(result.x, -peaks * MM, color=colour(axle), linewidth=0.8, label=label)
     axes.plot(result.x, result.highest * MM, color="#d55e00", label="highest")
     axes.plot(
         result.x[worst],

@@ -23,7 +23,7 @@ fn run(
 ) -> Record {
     let transition =
         Transition::new(strip.system().clone(), dt, Form::Integral, &mut |_, _| true).unwrap();
-    let keep = Keep { nodes: false, stations: stations.to_vec(), every: 1 };
+    let keep = Keep::deflection(false, stations, 1);
     let stepper =
         Stepper::new(strip.clone(), transition, (weights, hold), &keep, &mut |_, _| true).unwrap();
     let (positions, forces): (Vec<_>, Vec<_>) = (0..instants)
@@ -71,7 +71,7 @@ fn nominal_case_of_the_paper() {
     for form in [Form::Stiffness, Form::State, Form::Integral] {
         let system = strip.system().clone();
         let transition = Transition::new(system, dt, form, &mut |_, _| true).unwrap();
-        let keep = Keep { nodes: false, stations: vec![12.5], every: 1 };
+        let keep = Keep::deflection(false, &[12.5], 1);
         let stepper = Stepper::new(
             strip.clone(),
             transition,

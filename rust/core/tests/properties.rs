@@ -66,7 +66,7 @@ impl Passage {
 }
 
 fn stations(stations: &[f64]) -> Keep {
-    Keep { nodes: false, stations: stations.to_vec(), every: 1 }
+    Keep::deflection(false, stations, 1)
 }
 
 fn largest(values: &[f64]) -> f64 {
@@ -99,7 +99,7 @@ fn order_of_each_hold() {
     let axle = |t: f64| (1.3 + 18.0 * t, 4e4 * (1.0 - (20.0 * std::f64::consts::PI * t).cos()));
     let history = |hold: Hold, every: usize| {
         let dt = 1e-3 / every as f64;
-        let keep = Keep { nodes: false, stations: vec![2.0, 2.2, 3.0, 4.1], every };
+        let keep = Keep::deflection(false, &[2.0, 2.2, 3.0, 4.1], every);
         let passage = Passage::of(dt, 150 * every + 1, &[&axle]);
         passage.run(&road, dt, (Weights::Hermite, hold), &keep).history
     };
@@ -138,7 +138,7 @@ fn superposition_and_linearity() {
     let front = |t: f64| (18.0 * t, 4e4 + 1e4 * (30.0 * t).sin());
     let rear = |t: f64| (18.0 * t - 1.3, 7e4);
     let both_scaled = |t: f64| (18.0 * t, -2.5 * (4e4 + 1e4 * (30.0 * t).sin()));
-    let keep = Keep { nodes: true, stations: vec![3.3], every: 1 };
+    let keep = Keep::deflection(true, &[3.3], 1);
     for scheme in [(Weights::Linear, Hold::Zero), (Weights::Hermite, Hold::First)] {
         let history = |axles: &[&dyn Fn(f64) -> (f64, f64)]| {
             Passage::of(1e-3, 640, axles).run(&road, 1e-3, scheme, &keep).history
@@ -242,7 +242,7 @@ fn blocks_of_steps_equal_single_steps() {
                     continue;
                 }
                 let passage = Passage::of(dt, instants, &axles);
-                let keep = Keep { nodes: true, stations: extra.clone(), every: 1 };
+                let keep = Keep::deflection(true, &extra, 1);
                 let record = passage.run(&road, dt, (weights, hold), &keep);
                 let single = step_by_step(&road, dt, (weights, hold), &passage);
                 let places = || road.nodes().iter().chain(&extra);
@@ -274,7 +274,7 @@ fn what_is_kept() {
         &[&|t| (18.0 * t, 8e4), &|t| (18.0 * t - 1.3, 6e4 * (40.0 * t).sin())],
     );
     let scheme = (Weights::Linear, Hold::Zero);
-    let full = passage.run(&road, 1e-3, scheme, &Keep { nodes: true, stations: vec![], every: 1 });
+    let full = passage.run(&road, 1e-3, scheme, &Keep::deflection(true, &[], 1));
     let nodes = road.nodes().len();
     let instants = 571;
     assert_eq!(full.history.len(), nodes * instants);
@@ -294,7 +294,7 @@ fn what_is_kept() {
     let dense = passage.run(&road, 1e-3, scheme, &stations(&places));
     for every in [1, 2, 3, 4, 100, 570, 571, 5000] {
         for with_nodes in [false, true] {
-            let keep = Keep { nodes: with_nodes, stations: places.to_vec(), every };
+            let keep = Keep::deflection(with_nodes, &places, every);
             let thin = passage.run(&road, 1e-3, scheme, &keep);
             assert_eq!(thin.envelope, full.envelope);
             let width = places.len() + if with_nodes { nodes } else { 0 };
@@ -312,7 +312,7 @@ fn what_is_kept() {
             }
         }
     }
-    let nothing = Keep { nodes: false, stations: vec![], every: 1 };
+    let nothing = Keep::deflection(false, &[], 1);
     let bare = passage.run(&road, 1e-3, scheme, &nothing);
     assert!(bare.history.is_empty());
     assert_eq!(bare.envelope, full.envelope);
@@ -836,7 +836,7 @@ proptest! {
         let forces = &forces[..length.min(forces.len())];
         let hold = if first { Hold::First } else { Hold::Zero };
         let weights = if hermite { Weights::Hermite } else { Weights::Linear };
-        let keep = Keep { nodes: hermite, stations: places, every };
+        let keep = Keep::deflection(hermite, &places, every);
         let transition = transition(road.system(), 1e-3);
         if let Ok(stepper) = Stepper::new(road, transition, (weights, hold), &keep, &mut |_, _| true) {
             let loads = Loads { axles, positions, forces };

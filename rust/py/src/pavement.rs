@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pavefem_core::error::{Result, Watch};
 use pavefem_core::pavement::{self, Bed, Ends, Foundation, Section, Weights};
-use pavefem_core::response::{Hold, Keep, Loads, Record, dense, window};
+use pavefem_core::response::{Hold, Keep, Loads, Quantity, Record, dense, window};
 use pavefem_core::transition::{self, Form, Levels, Phi, Series, System};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -193,12 +193,30 @@ impl Transition {
     }
 }
 
-/// History, then lowest, highest and the step of the lowest of every node.
-type Kept<'py> = (
+/// Names of quantities, whether every node is kept, further places, and every n-th instant.
+type Kept<'py> = (Vec<String>, bool, PyReadonlyArray1<'py, f64>, usize);
+
+fn keep((quantities, nodes, stations, every): Kept<'_>) -> PyResult<Keep> {
+    let names = [
+        ("deflection", Quantity::Deflection),
+        ("velocity", Quantity::Velocity),
+        ("curvature", Quantity::Curvature),
+        ("moment", Quantity::Moment),
+        ("reaction", Quantity::Reaction),
+    ];
+    let quantities = quantities.iter().map(|name| choice("quantity", name, &names));
+    let quantities = quantities.collect::<PyResult<_>>()?;
+    Ok(Keep { quantities, nodes, stations: vector(&stations), every })
+}
+
+/// History, then lowest, highest and the step of the lowest of every node, and its lowest while each
+/// axle is the nearest.
+type Answer<'py> = (
     Bound<'py, PyArray2<f64>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<usize>>,
+    Bound<'py, PyArray2<f64>>,
 );
 
 #[pyclass(frozen, module = "pavefem._core")]
@@ -214,12 +232,10 @@ impl Stepper {
         transition: &Transition,
         weights: &str,
         hold: &str,
-        nodes: bool,
-        stations: PyReadonlyArray1<'_, f64>,
-        every: usize,
+        keep: Kept<'_>,
     ) -> PyResult<Self> {
         let scheme = scheme(weights, hold)?;
-        let keep = Keep { nodes, stations: vector(&stations), every };
+        let keep = self::keep(keep)?;
         let (strip, transition) = (strip.0.clone(), transition.0.clone());
         detached(py, None, |watch| dense::Stepper::new(strip, transition, scheme, &keep, watch))
             .map(Self)
@@ -232,7 +248,7 @@ impl Stepper {
         positions: PyReadonlyArray2<'_, f64>,
         forces: PyReadonlyArray2<'_, f64>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Kept<'py>> {
+    ) -> PyResult<Answer<'py>> {
         run(py, &positions, &forces, progress, self.0.columns(), |loads, watch| {
             self.0.run(loads, watch)
         })
@@ -247,17 +263,19 @@ fn run<'py>(
     progress: Option<Py<PyAny>>,
     columns: usize,
     work: impl FnOnce(&Loads<'_>, &mut Watch<'_>) -> Result<Record> + Send,
-) -> PyResult<Kept<'py>> {
+) -> PyResult<Answer<'py>> {
     let axles = positions.as_array().dim().1;
     let (positions, forces) = (rows(positions), rows(forces));
     let Record { history, envelope } = detached(py, progress.as_ref(), |watch| {
         work(&Loads { axles, positions: &positions, forces: &forces }, watch)
     })?;
+    let nodes = envelope.lowest.len();
     Ok((
         table(py, history, columns)?,
         PyArray1::from_vec(py, envelope.lowest),
         PyArray1::from_vec(py, envelope.highest),
         PyArray1::from_vec(py, envelope.lowest_step),
+        table(py, envelope.passes, nodes)?,
     ))
 }
 
@@ -277,19 +295,17 @@ impl Window {
         dt: f64,
         weights: &str,
         hold: &str,
-        nodes: bool,
-        stations: PyReadonlyArray1<'_, f64>,
-        every: usize,
+        keep: Kept<'_>,
     ) -> PyResult<Self> {
         let sections = self::sections(&sections)?;
         let mesh = mesh(&sections, element_length, foundation, ends)?;
-        let keep = Keep { nodes, stations: vector(&stations), every };
+        let keep = self::keep(keep)?;
         window::Road::new(mesh, dt, scheme(weights, hold)?, keep).map(Self).map_err(exception)
     }
 
     #[getter]
     fn nodes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_vec(py, self.0.nodes())
+        PyArray1::from_slice(py, self.0.nodes())
     }
 
     #[pyo3(signature = (positions, forces, progress=None))]
@@ -299,7 +315,7 @@ impl Window {
         positions: PyReadonlyArray2<'_, f64>,
         forces: PyReadonlyArray2<'_, f64>,
         progress: Option<Py<PyAny>>,
-    ) -> PyResult<Kept<'py>> {
+    ) -> PyResult<Answer<'py>> {
         run(py, &positions, &forces, progress, self.0.columns(), |loads, watch| {
             self.0.run(loads, watch)
         })

@@ -18,7 +18,13 @@ pub struct Loads<'a> {
     pub forces: &'a [f64],
 }
 
-impl Loads<'_> {
+impl<'a> Loads<'a> {
+    /// Places of the axles at an instant, m.
+    #[inline(always)]
+    pub(crate) fn places(&self, instant: usize) -> &'a [f64] {
+        &self.positions[instant * self.axles..(instant + 1) * self.axles]
+    }
+
     /// Mean speed of the first axle, m/s.
     pub(crate) fn speed(&self, dt: f64) -> f64 {
         let steps = self.positions.len() / self.axles - 1;

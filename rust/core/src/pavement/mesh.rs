@@ -72,9 +72,10 @@ struct Piece {
     /// Number of the first element, and where it starts.
     first: usize,
     start: f64,
-    /// Length of the section, and its elements.
+    /// Length of the section, its elements, and how many of them a metre has.
     length: f64,
     count: usize,
+    per_metre: f64,
     matrices: ElementMatrices,
 }
 
@@ -82,17 +83,6 @@ impl Piece {
     /// Length of an element, m.
     fn step(&self) -> f64 {
         self.length / self.count as f64
-    }
-
-    /// Place of a node, counted from the first one of the piece, m.
-    fn node(&self, number: usize) -> f64 {
-        // The last one is where the next section starts, to the last digit.
-        let part = if number == self.count {
-            self.length
-        } else {
-            self.length * number as f64 / self.count as f64
-        };
-        self.start + part
     }
 }
 
@@ -109,6 +99,7 @@ pub(crate) struct Place {
 
 impl Place {
     /// Shares of a unit force here on `(w_1, theta_1, w_2, theta_2)` of the element.
+    #[inline]
     pub(crate) fn weights(&self, weights: Weights) -> [f64; 4] {
         weights.at(self.h, self.s)
     }
@@ -119,8 +110,8 @@ impl Place {
 pub struct Mesh {
     sections: Vec<Section>,
     pieces: Vec<Piece>,
-    elements: usize,
-    length: f64,
+    /// Places of the nodes, m.
+    nodes: Vec<f64>,
     foundation: Foundation,
     ends: Ends,
 }
@@ -139,24 +130,28 @@ impl Mesh {
         ends: Ends,
     ) -> Result<Self> {
         positive("element_length", element_length, "m")?;
-        let (mut pieces, mut elements, mut start) = (Vec::new(), 0, 0.0);
+        let (mut pieces, mut nodes, mut start) = (Vec::new(), vec![0.0], 0.0);
         for (number, section) in sections.iter().enumerate() {
             section.check(number, element_length)?;
             // A length that is a whole number of elements but for rounding gets just those.
             let count = (section.length / element_length - 1e-9).ceil().max(1.0);
-            let total = elements as f64 + count;
+            let first = nodes.len() - 1;
+            let total = first as f64 + count;
             check("number of elements", total, "", "at most a million", |total| total <= 1e6)?;
             let (length, count) = (section.length, count as usize);
+            let per_metre = count as f64 / length;
             let matrices = section.matrices(length / count as f64, foundation);
-            pieces.push(Piece { first: elements, start, length, count, matrices });
-            elements += count;
+            pieces.push(Piece { first, start, length, count, per_metre, matrices });
+            nodes.extend((1..count).map(|node| start + length * node as f64 / count as f64));
+            // The last one is where the next section starts, to the last digit.
             start += length;
+            nodes.push(start);
         }
-        if elements < 2 {
+        if nodes.len() < 3 {
             let allowed = format!("at least two elements of {element_length:?} m");
             return Err(invalid("road length", format!("{start:?} m"), allowed));
         }
-        Ok(Self { sections: sections.to_vec(), pieces, elements, length: start, foundation, ends })
+        Ok(Self { sections: sections.to_vec(), pieces, nodes, foundation, ends })
     }
 
     /// The sections it was made of.
@@ -166,33 +161,33 @@ impl Mesh {
 
     /// Number of nodes.
     pub(crate) fn len(&self) -> usize {
-        self.elements + 1
+        self.nodes.len()
     }
 
     /// Number of elements.
     pub(crate) fn elements(&self) -> usize {
-        self.elements
+        self.nodes.len() - 1
     }
 
     fn piece(&self, element: usize) -> &Piece {
-        &self.pieces[self.pieces.partition_point(|piece| piece.first <= element) - 1]
-    }
-
-    /// Place of a node, m.
-    pub(crate) fn node(&self, number: usize) -> f64 {
-        let piece = self.piece(number.min(self.elements - 1));
-        piece.node(number - piece.first)
+        &self.pieces[self.number(element)]
     }
 
     /// Places of the nodes, m, the ends included.
     #[must_use]
-    pub fn nodes(&self) -> Vec<f64> {
-        (0..self.len()).map(|number| self.node(number)).collect()
+    pub fn nodes(&self) -> &[f64] {
+        &self.nodes
+    }
+
+    /// Place of a node, m.
+    #[inline]
+    pub(crate) fn node(&self, number: usize) -> f64 {
+        self.nodes[number]
     }
 
     /// Length of the road, m.
     pub(crate) fn length(&self) -> f64 {
-        self.length
+        self.nodes[self.elements()]
     }
 
     /// Largest distance between two bars, m, where the beam stands on bars.
@@ -212,32 +207,53 @@ impl Mesh {
     }
 
     /// Whether all elements from one up to another, both included, are equal.
-    pub(crate) fn is_uniform(&self, first: usize, last: usize) -> bool {
+    pub(crate) fn uniform(&self, first: usize, last: usize) -> bool {
         std::ptr::eq(self.piece(first), self.piece(last))
     }
 
+    /// The section of an element.
+    pub(crate) fn section(&self, element: usize) -> &Section {
+        &self.sections[self.number(element)]
+    }
+
+    /// The number of the section of an element.
+    pub(crate) fn number(&self, element: usize) -> usize {
+        self.pieces.partition_point(|piece| piece.first <= element) - 1
+    }
+
+    /// What the beam rests on.
+    pub(crate) fn foundation(&self) -> Foundation {
+        self.foundation
+    }
+
     /// Where on the mesh `x` is; nothing off the road.
+    #[inline]
     pub(crate) fn place(&self, x: f64) -> Option<Place> {
-        if !(x >= 0.0 && x <= self.length) {
+        if !(x >= 0.0 && x <= self.length()) {
             return None;
         }
-        let after = self.pieces.partition_point(|piece| piece.start <= x);
-        let piece = &self.pieces[after.max(1) - 1];
+        let piece = if self.pieces.len() == 1 {
+            &self.pieces[0]
+        } else {
+            &self.pieces[self.pieces.partition_point(|piece| piece.start <= x) - 1]
+        };
         // Where x is at a node but for rounding, the quotient may be off by one.
-        let mut i = (((x - piece.start) / piece.step()) as usize).min(piece.count - 1);
-        if i > 0 && x < piece.node(i) {
+        let along = (x - piece.start) * piece.per_metre;
+        let mut i = piece.first + (along as usize).min(piece.count - 1);
+        if i > piece.first && x < self.nodes[i] {
             i -= 1;
-        } else if i + 1 < piece.count && x >= piece.node(i + 1) {
+        } else if i + 1 < piece.first + piece.count && x >= self.nodes[i + 1] {
             i += 1;
         }
-        let (start, end) = (piece.node(i), piece.node(i + 1));
+        let (start, end) = (self.nodes[i], self.nodes[i + 1]);
         let h = end - start;
-        Some(Place { element: piece.first + i, h, s: (x - start) / h })
+        Some(Place { element: i, h, s: (x - start) / h })
     }
 
     /// Whether the ends hold an unknown, counted `w_0, theta_0, w_1, ...`.
+    #[inline]
     pub(crate) fn holds(&self, unknown: usize) -> bool {
-        let at_end = unknown < 2 || unknown >= 2 * self.elements;
+        let at_end = unknown < 2 || unknown >= 2 * self.elements();
         at_end
             && match self.ends {
                 Ends::Clamped => true,

@@ -3,8 +3,11 @@
 pub mod element;
 pub mod load;
 pub mod mesh;
+mod reading;
 pub mod strip;
 
 pub use element::Weights;
 pub use mesh::{Bed, Ends, Foundation, Mesh, Section};
+pub use reading::Quantity;
+pub(crate) use reading::Reading;
 pub use strip::Strip;

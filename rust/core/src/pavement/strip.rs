@@ -72,7 +72,6 @@ impl Shares {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strip {
     mesh: Mesh,
-    nodes: Vec<f64>,
     free: Vec<Option<usize>>,
     system: System,
 }
@@ -115,13 +114,18 @@ impl Strip {
         system.mass.check_finite("mass matrix")?;
         system.damping.check_finite("damping matrix")?;
         system.stiffness.check_finite("stiffness matrix")?;
-        Ok(Self { nodes: mesh.nodes(), mesh, free, system })
+        Ok(Self { mesh, free, system })
     }
 
     /// Places of the nodes, m, the ends included.
     #[must_use]
     pub fn nodes(&self) -> &[f64] {
-        &self.nodes
+        self.mesh.nodes()
+    }
+
+    /// The mesh.
+    pub(crate) fn mesh(&self) -> &Mesh {
+        &self.mesh
     }
 
     /// Length of the road, m.

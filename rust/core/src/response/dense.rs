@@ -18,6 +18,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::Hold;
 use super::kernel::{Bands, Blocks};
+use super::passes::Passes;
 use super::record::{Extremes, Keep, Record};
 use crate::error::{Result, Watch, diverged, go_on, invalid, reserve};
 use crate::linalg::{DMatrix, add_scaled, multiply_add, multiply_by, zeros};
@@ -41,6 +42,7 @@ pub struct Stepper {
     strip: Strip,
     transition: Transition,
     weights: Weights,
+    hold: Hold,
     every: usize,
     /// The first of the probes whose history is kept.
     first_kept: usize,
@@ -81,7 +83,8 @@ impl Stepper {
         }
         let n = strip.system().len();
         let probes = keep.probes(&strip)?;
-        let first_kept = if keep.nodes { 0 } else { strip.nodes().len() };
+        let kept = keep.nodes && !keep.quantities.is_empty();
+        let first_kept = if kept { 0 } else { strip.nodes().len() };
         let every = keep.every;
         let phi = transition.phi();
         let first = transition.levels();
@@ -103,7 +106,18 @@ impl Stepper {
         }
         let pulses = Pulse::all(&stages, hold, &probes);
         let block = stages.swap_remove(BLOCK - 1);
-        Ok(Self { strip, transition, weights, every, first_kept, probes, block, between, pulses })
+        Ok(Self {
+            strip,
+            transition,
+            weights,
+            hold,
+            every,
+            first_kept,
+            probes,
+            block,
+            between,
+            pulses,
+        })
     }
 
     /// Columns of a record's history.
@@ -198,9 +212,10 @@ impl WithSimd for Run<'_, '_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Result<Record> {
         let Self { stepper, loads, instants, watch } = self;
-        let Stepper { strip, transition, probes, every, first_kept, .. } = stepper;
+        let Stepper { strip, transition, hold, probes, every, first_kept, .. } = stepper;
         let nodes = strip.nodes().len();
-        let mut extremes = Extremes::new(nodes);
+        let passes = Passes::new(strip.mesh(), loads, 0);
+        let mut extremes = Extremes::new(passes, nodes, *hold == Hold::First);
         let mut history = Vec::new();
         reserve(&mut history, instants.div_ceil(*every) * stepper.columns())?;
         let mut state = State::new::<S>(stepper);
@@ -228,7 +243,7 @@ impl WithSimd for Run<'_, '_> {
             }
         }
         go_on(watch, instants - 1, instants - 1)?;
-        Ok(Record { history, envelope: extremes.finish() })
+        Ok(Record { history, envelope: extremes.finish(instants) })
     }
 }
 

@@ -2,10 +2,12 @@
 
 pub mod dense;
 mod kernel;
+mod passes;
 pub mod record;
 mod sdirk;
 pub mod window;
 
+pub use crate::pavement::Quantity;
 pub use crate::pavement::load::Loads;
 pub use dense::Stepper;
 pub use record::{Envelope, Keep, Record};

@@ -5,13 +5,17 @@
 //!
 //! ```text
 //! (M + h C + h^2 K) v_i = M a_i - h K b_i + h f_i
-//! a_1 = v,                       b_1 = u
-//! a_2 = v + (1 - g)/g (v_1 - v), b_2 = u + (1 - g) dt v_1
+//! a_1 = v,               b_1 = u
+//! a_2 = v + l (v_1 - v), b_2 = u + l h v_1,     l = (1 - g)/g
 //! ```
 //!
-//! and the step ends at `v = v_2`, `u = b_2 + h v_2`. The matrices are symmetric and of 2x2 blocks,
+//! and the step ends at `v = v_2`, `u = b_2 + h v_2`. Beside `M v` and `h K u` of the first stage, the
+//! second needs one product more, `l (M - h^2 K) v_1`. The matrices are symmetric and of 2x2 blocks,
 //! one row of blocks a node, each coupled to its neighbours only: they are factored once for a
 //! window's content, as `L D L'`, and a stage is one walk down the window and one back.
+//!
+//! Where all lanes hold the same, as along a uniform road, they read one copy of it: what a step
+//! reads and writes then stays in the first-level cache.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -23,11 +27,49 @@ use crate::pavement::Mesh;
 
 const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
 
+/// How far the second stage goes on with what the first has found.
+const LATE: f64 = (1.0 - GAMMA) / GAMMA;
+
 /// Where in a step its stages stand, as parts of it.
 pub(super) const STAGES: [f64; 2] = [GAMMA, 1.0];
 
 /// Numbers of a symmetric block row that are kept: the diagonal block and the one right of it.
 const ROW: usize = 7;
+
+/// Where the block rows of a node stand that a step reads: `M`, `h K` and `l (M - h^2 K)` (the
+/// diagonal, 3 numbers, and right of it, 4); and of the factors `L` (4) and the inverse of `D` (3).
+const MASS: usize = 0;
+const STIFFNESS: usize = ROW;
+const LATER: usize = 2 * ROW;
+const FACTOR: usize = 3 * ROW;
+const ROWS: usize = 4 * ROW;
+
+/// Where the numbers of a node stand that move on with it. Displacement and velocity now,
+const U: usize = 0;
+const V: usize = 2;
+/// the deflection a step before, the extremes since it was last asked, and the step of the lowest;
+const BEFORE: usize = 4;
+const LOWEST: usize = 5;
+const HIGHEST: usize = 6;
+const WHEN: usize = 7;
+/// so many in all.
+const MOVING: usize = 8;
+/// And those of one step: the velocity of the first stage, what `u` and `v` leave to the right-hand
+/// side of the second, the solution on its way down, and `h f` of both stages.
+const FIRST: usize = 8;
+const REST: usize = 10;
+const DOWN: usize = 12;
+const LOADS: [usize; 2] = [14, 16];
+const NODE: usize = 18;
+
+/// What a window holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Content {
+    /// Elements of the section of this number alone, and so on both its sides.
+    Uniform(usize),
+    /// The nodes from this one on.
+    From(usize),
+}
 
 /// Windows of as many nodes each, with one node that does not move on both sides.
 pub(super) struct Windows {
@@ -35,116 +77,85 @@ pub(super) struct Windows {
     lanes: usize,
     /// `h = g dt`, s.
     h: f64,
-    /// Block rows of `M` and `h K`: diagonal (3 numbers), right of it (4).
-    mass: Vec<f64>,
-    stiffness: Vec<f64>,
-    /// Block rows of the factors: `L` (4 numbers), the inverse of `D` (3).
-    factor: Vec<f64>,
-    /// Displacement and velocity now.
-    u: Vec<f64>,
-    v: Vec<f64>,
-    /// What the first stage adds to both, and what it leaves to the right-hand side of the second.
-    du: Vec<f64>,
-    dv: Vec<f64>,
-    rest: Vec<f64>,
-    /// The solution on its way down.
-    down: Vec<f64>,
-    /// `h f` of both stages.
-    loads: [Vec<f64>; 2],
-    /// Numbers of `loads` that are not zero.
-    loaded: [Vec<usize>; 2],
-    /// Extremes of the deflection of each node, and the step of the lowest.
-    lowest: Vec<f64>,
-    highest: Vec<f64>,
-    when: Vec<f64>,
-    /// 0 in the lanes that count now, infinity in the others; and the step that comes next.
+    /// What each lane holds, and the block rows of all lanes.
+    contents: Vec<Option<Content>>,
+    rows: Vec<f64>,
+    /// One copy of the rows, where all lanes hold the same.
+    shared: Option<Vec<[f64; ROWS]>>,
+    /// The numbers of each node.
+    motion: Vec<f64>,
+    /// Which of them are forces that are not zero.
+    loaded: Vec<usize>,
+    /// 0 in the lanes that count now, infinity in the others; the step that they are at.
     shut: Vec<f64>,
-    next: Vec<f64>,
+    now: Vec<f64>,
+    /// Whether extremes may lie between steps at all; 1/8 in the lanes where they may now, 0 in the
+    /// others.
+    between: bool,
+    sharp: Vec<f64>,
 }
 
 impl Windows {
-    /// Windows of `nodes` nodes at rest, in steps of `dt`.
-    pub(super) fn new(nodes: usize, lanes: usize, dt: f64) -> Self {
+    /// Windows of `nodes` nodes at rest, in steps of `dt`; extremes may lie between these or not.
+    pub(super) fn new(nodes: usize, lanes: usize, dt: f64, between: bool) -> Self {
         let per_node = |count: usize| vec![0.0; (nodes + 2) * count * lanes];
         Self {
             nodes,
             lanes,
             h: GAMMA * dt,
-            mass: per_node(ROW),
-            stiffness: per_node(ROW),
-            factor: per_node(ROW),
-            u: per_node(2),
-            v: per_node(2),
-            du: per_node(2),
-            dv: per_node(2),
-            rest: per_node(2),
-            down: per_node(2),
-            loads: [per_node(2), per_node(2)],
-            loaded: [Vec::new(), Vec::new()],
-            lowest: per_node(1),
-            highest: per_node(1),
-            when: per_node(1),
+            contents: vec![None; lanes],
+            rows: per_node(ROWS),
+            shared: None,
+            motion: per_node(NODE),
+            loaded: Vec::new(),
             shut: vec![f64::INFINITY; lanes],
-            next: vec![0.0; lanes],
+            now: vec![0.0; lanes],
+            between,
+            sharp: vec![0.0; lanes],
         }
     }
 
-    /// Take the nodes from `first` on into a lane: assemble and factor.
+    /// Take the nodes from `first` on into a lane, unless it holds the same already.
     pub(super) fn fill(&mut self, lane: usize, mesh: &Mesh, first: usize) {
-        let (h, lanes) = (self.h, self.lanes);
-        let put = |values: &mut [f64], i: usize, numbers: [f64; ROW]| {
-            for (k, number) in numbers.into_iter().enumerate() {
-                values[((i + 1) * ROW + k) * lanes + lane] = number;
-            }
+        let after = first + self.nodes;
+        let inside = first > 0 && after < mesh.len();
+        let content = if inside && mesh.uniform(first - 1, after - 1) {
+            Content::Uniform(mesh.number(first))
+        } else {
+            Content::From(first)
         };
-        let mut before = Matrix2::zeros();
-        let mut inverse = Matrix2::zeros();
-        for i in 0..self.nodes {
-            let node = first + i;
-            let [mass, damping, stiffness] = row_of(mesh, node, i + 1 == self.nodes);
-            let sum = |k: usize| mass[k] + (damping[k] + stiffness[k] * h) * h;
-            let (mut diagonal, right) = (sum(0), sum(1));
-            for held in (0..2).filter(|k| mesh.holds(2 * node + k)) {
-                diagonal[(held, held)] = 1.0;
-            }
-            let lower: Matrix2<f64> = before.transpose() * inverse;
-            let pivot = diagonal - lower * before;
-            inverse = pivot.try_inverse().unwrap_or(Matrix2::repeat(f64::NAN));
-            before = right;
-            let symmetric = |a: &Matrix2<f64>| [a[(0, 0)], a[(0, 1)], a[(1, 1)]];
-            let whole = |a: &Matrix2<f64>| [a[(0, 0)], a[(0, 1)], a[(1, 0)], a[(1, 1)]];
-            let row = |diagonal: &Matrix2<f64>, right: &Matrix2<f64>| {
-                let ([a, b, c], [d, e, f, g]) = (symmetric(diagonal), whole(right));
-                [a, b, c, d, e, f, g]
-            };
-            put(&mut self.mass, i, row(&mass[0], &mass[1]));
-            put(&mut self.stiffness, i, row(&(stiffness[0] * h), &(stiffness[1] * h)));
-            let ([a, b, c], [d, e, f, g]) = (symmetric(&inverse), whole(&lower));
-            put(&mut self.factor, i, [d, e, f, g, a, b, c]);
+        if self.contents[lane] == Some(content) {
+            return;
         }
+        let rows = factored(mesh, first, self.nodes, self.h);
+        let column = self.rows.iter_mut().skip(lane).step_by(self.lanes);
+        for (to, from) in column.zip(rows.as_flattened()) {
+            *to = *from;
+        }
+        self.contents[lane] = Some(content);
+        // A lane without content is at rest, whatever it reads.
+        let same = self.contents.iter().flatten().all(|other| *other == content);
+        self.shared = same.then_some(rows);
+    }
+
+    /// Where a number of a node of a lane stands.
+    fn at(&self, lane: usize, node: usize, number: usize) -> usize {
+        ((node + 1) * NODE + number) * self.lanes + lane
     }
 
     /// Move a lane by one node: the first one leaves, the last one comes in at rest.
     pub(super) fn shift(&mut self, lane: usize) -> Passed {
-        let lanes = self.lanes;
-        let passed = self.passed(lane, 0);
-        let last = self.nodes;
-        let walk = |values: &mut [f64], width: usize| {
-            for node in 1..last {
-                for k in 0..width {
-                    let at = |node: usize| (node * width + k) * lanes + lane;
-                    values[at(node)] = values[at(node + 1)];
-                }
+        let passed = self.take(lane, 0);
+        for node in 1..self.nodes {
+            for number in 0..MOVING {
+                let from = self.at(lane, node, number);
+                self.motion[from - NODE * self.lanes] = self.motion[from];
             }
-            for k in 0..width {
-                values[(last * width + k) * lanes + lane] = 0.0;
-            }
-        };
-        walk(&mut self.u, 2);
-        walk(&mut self.v, 2);
-        walk(&mut self.lowest, 1);
-        walk(&mut self.highest, 1);
-        walk(&mut self.when, 1);
+        }
+        for number in 0..MOVING {
+            let last = self.at(lane, self.nodes - 1, number);
+            self.motion[last] = 0.0;
+        }
         passed
     }
 
@@ -153,133 +164,198 @@ impl Windows {
         self.nodes
     }
 
-    /// What a node of a lane, counted from the first of its window, has gone through.
-    pub(super) fn passed(&self, lane: usize, node: usize) -> Passed {
-        let at = (node + 1) * self.lanes + lane;
-        Passed { lowest: self.lowest[at], highest: self.highest[at], step: self.when[at] }
+    /// What a node of a lane, counted from the first of its window, has gone through since this was
+    /// last asked.
+    pub(super) fn take(&mut self, lane: usize, node: usize) -> Passed {
+        let [lowest, highest, step] = [LOWEST, HIGHEST, WHEN].map(|number| {
+            let at = self.at(lane, node, number);
+            std::mem::take(&mut self.motion[at])
+        });
+        Passed { lowest, highest, step: step as usize }
     }
 
-    /// Deflection and slope of a node.
-    pub(super) fn motion(&self, lane: usize, node: usize) -> [f64; 2] {
-        [0, 1].map(|k| self.u[((node + 1) * 2 + k) * self.lanes + lane])
+    /// Deflection and slope of a node, and their rates.
+    pub(super) fn motion(&self, lane: usize, node: usize) -> [[f64; 2]; 2] {
+        [U, V].map(|number| [0, 1].map(|k| self.motion[self.at(lane, node, number + k)]))
     }
 
     /// Whether all deflections are finite.
     pub(super) fn is_sound(&self) -> bool {
-        self.u.iter().sum::<f64>().is_finite()
+        let deflections = self.motion.chunks_exact(self.lanes).skip(U).step_by(NODE);
+        deflections.flatten().sum::<f64>().is_finite()
     }
 
-    /// Count the extremes of a lane, which the next step takes to `step`, from now on or no more.
-    pub(super) fn count(&mut self, lane: usize, counts: bool, step: usize) {
+    /// Whether the deflections of a lane, which are those of a step, count as extremes, and whether
+    /// these may lie between steps, as they do not at the first and the last one.
+    pub(super) fn count(&mut self, lane: usize, step: usize, counts: bool, between: bool) {
         self.shut[lane] = if counts { 0.0 } else { f64::INFINITY };
-        self.next[lane] = step as f64;
+        self.sharp[lane] = if between { 0.125 } else { 0.0 };
+        self.now[lane] = step as f64;
     }
 
     /// No forces.
     pub(super) fn unload(&mut self) {
-        for (loads, loaded) in self.loads.iter_mut().zip(&mut self.loaded) {
-            for at in loaded.drain(..) {
-                loads[at] = 0.0;
-            }
+        for at in self.loaded.drain(..) {
+            self.motion[at] = 0.0;
         }
     }
 
     /// Add a force or moment on an unknown of a node at one stage.
     pub(super) fn load(&mut self, stage: usize, lane: usize, (node, k): (usize, usize), f: f64) {
-        let at = ((node + 1) * 2 + k) * self.lanes + lane;
-        self.loads[stage][at] += self.h * f;
-        self.loaded[stage].push(at);
+        let at = self.at(lane, node, LOADS[stage] + k);
+        self.motion[at] += self.h * f;
+        self.loaded.push(at);
     }
 
-    /// One step of all lanes.
+    /// Note the extremes that the lanes are at, and take one step.
     #[inline(always)]
     pub(super) fn step<S: Simd>(&mut self, simd: S) {
-        let n = self.nodes;
-        let zero = [simd.splat_f64s(0.0); 2];
-        let rows = Rows {
-            mass: block_rows::<S>(&self.mass, n),
-            stiffness: block_rows::<S>(&self.stiffness, n),
-        };
-        let factor = block_rows::<S>(&self.factor, n);
-        let [u, v] = [&mut self.u, &mut self.v].map(|values| pairs_mut::<S>(values, n));
-        let [du, dv] = [&mut self.du, &mut self.dv].map(|values| pairs_mut::<S>(values, n));
-        let [rest, down] = [&mut self.rest, &mut self.down].map(|x| pairs_mut::<S>(x, n));
-        let [first, second] = [&self.loads[0], &self.loads[1]].map(|x| pairs::<S>(x, n));
-
-        let mut above = zero;
-        for i in 1..=n {
-            rest[i] = rows.residual(simd, v, u, i);
-            above = forward(simd, &factor[i], above, add(simd, rest[i], first[i]));
-            down[i] = above;
-        }
-        let late = simd.splat_f64s((1.0 - GAMMA) / GAMMA);
-        let length = simd.splat_f64s((1.0 - GAMMA) / GAMMA * self.h);
-        let mut below = zero;
-        for i in (1..=n).rev() {
-            below = backward(simd, &factor[i], &factor[i + 1], down[i], below);
-            for k in 0..2 {
-                dv[i][k] = simd.mul_f64s(late, simd.sub_f64s(below[k], v[i][k]));
-                du[i][k] = simd.mul_f64s(length, below[k]);
+        let all = self.nodes + 2;
+        let one = |values: &[f64]| S::as_simd_f64s(values).0[0];
+        let noting = Noting { shut: one(&self.shut), now: one(&self.now), sharp: one(&self.sharp) };
+        let nodes = S::as_mut_simd_f64s(&mut self.motion).0.as_chunks_mut::<NODE>().0;
+        let nodes = &mut nodes[..all];
+        if let Some(rows) = &self.shared {
+            let rows = Shared(&rows[..all]);
+            if self.between {
+                step::<S, _, true>(simd, self.h, rows, nodes, noting);
+            } else {
+                step::<S, _, false>(simd, self.h, rows, nodes, noting);
             }
-        }
-        let mut above = zero;
-        for i in 1..=n {
-            let right = add(simd, add(simd, rest[i], second[i]), rows.residual(simd, dv, du, i));
-            above = forward(simd, &factor[i], above, right);
-            down[i] = above;
-        }
-        let length = simd.splat_f64s(self.h);
-        let mut below = zero;
-        for i in (1..=n).rev() {
-            below = backward(simd, &factor[i], &factor[i + 1], down[i], below);
-            v[i] = below;
-            for k in 0..2 {
-                let moved = simd.add_f64s(u[i][k], du[i][k]);
-                u[i][k] = simd.mul_add_f64s(length, below[k], moved);
-            }
-        }
-        self.note_extremes(simd);
-    }
-
-    #[inline(always)]
-    fn note_extremes<S: Simd>(&mut self, simd: S) {
-        let (shut, next) = (S::as_simd_f64s(&self.shut).0[0], S::as_simd_f64s(&self.next).0[0]);
-        let extremes = [&mut self.lowest, &mut self.highest, &mut self.when];
-        let [lowest, highest, when] = extremes.map(|values| S::as_mut_simd_f64s(values).0);
-        let extremes = lowest.iter_mut().zip(highest).zip(when);
-        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
-        for (&[w, _], ((lowest, highest), when)) in
-            pairs::<S>(&self.u, self.nodes).iter().zip(extremes)
-        {
-            let open = simd.add_f64s(w, shut);
-            // As a number: a choice between two values would be stored under a mask, which is slow.
-            let lower = simd.select_f64s(simd.less_than_f64s(open, *lowest), one, zero);
-            *when = simd.mul_add_f64s(lower, simd.sub_f64s(next, *when), *when);
-            *lowest = simd.min_f64s(*lowest, open);
-            *highest = simd.max_f64s(*highest, simd.sub_f64s(w, shut));
+        } else {
+            let rows = S::as_simd_f64s(&self.rows).0.as_chunks::<ROWS>().0;
+            step::<S, _, true>(simd, self.h, Laned(&rows[..all]), nodes, noting);
         }
     }
 }
 
-/// Block rows of `M` and `h K`.
-struct Rows<'a, V> {
-    mass: &'a [[V; ROW]],
-    stiffness: &'a [[V; ROW]],
-}
-
-impl<V: Copy> Rows<'_, V> {
-    /// `M v - h K u` in row `i`.
-    #[inline(always)]
-    fn residual<S: Simd<f64s = V>>(&self, simd: S, v: &[[V; 2]], u: &[[V; 2]], i: usize) -> [V; 2] {
-        let [inertia, force] = [apply(simd, self.mass, v, i), apply(simd, self.stiffness, u, i)];
-        [simd.sub_f64s(inertia[0], force[0]), simd.sub_f64s(inertia[1], force[1])]
-    }
-}
-
-/// Rows of `n` nodes and one on both sides.
+/// Note the extremes that the lanes are at, and take one step.
 #[inline(always)]
-fn block_rows<S: Simd>(values: &[f64], n: usize) -> &[[S::f64s; ROW]] {
-    &S::as_simd_f64s(values).0.as_chunks::<ROW>().0[..n + 2]
+fn step<S: Simd, R: Rows<S>, const BETWEEN: bool>(
+    simd: S,
+    h: f64,
+    rows: R,
+    nodes: &mut [[S::f64s; NODE]],
+    noting: Noting<S::f64s>,
+) {
+    let n = nodes.len() - 2;
+    let zero = [simd.splat_f64s(0.0); 2];
+    let late = simd.splat_f64s(LATE);
+    let [after, now] = [simd.splat_f64s(LATE * h), simd.splat_f64s(h)];
+
+    let mut above = zero;
+    for i in 1..=n {
+        let inertia = apply(simd, rows, MASS, nodes, V, i);
+        let force = apply(simd, rows, STIFFNESS, nodes, U, i);
+        let node = &mut nodes[i];
+        let right = [simd.sub_f64s(inertia[0], force[0]), simd.sub_f64s(inertia[1], force[1])];
+        for k in 0..2 {
+            node[REST + k] = simd.negate_mul_add_f64s(late, inertia[k], right[k]);
+        }
+        above = forward(simd, rows, i, above, add(simd, right, pair(node, LOADS[0])));
+        put(node, DOWN, above);
+    }
+    let mut below = zero;
+    for i in (1..=n).rev() {
+        below = backward(simd, rows, i, pair(&nodes[i], DOWN), below);
+        put(&mut nodes[i], FIRST, below);
+    }
+    let mut above = zero;
+    for i in 1..=n {
+        let later = apply(simd, rows, LATER, nodes, FIRST, i);
+        let node = &mut nodes[i];
+        let right = add(simd, pair(node, REST), pair(node, LOADS[1]));
+        above = forward(simd, rows, i, above, add(simd, right, later));
+        put(node, DOWN, above);
+    }
+    let mut below = zero;
+    for i in (1..=n).rev() {
+        below = backward(simd, rows, i, pair(&nodes[i], DOWN), below);
+        let node = &mut nodes[i];
+        let was = node[U];
+        put(node, V, below);
+        for k in 0..2 {
+            let moved = simd.mul_add_f64s(after, node[FIRST + k], node[U + k]);
+            node[U + k] = simd.mul_add_f64s(now, below[k], moved);
+        }
+        noting.note::<S, BETWEEN>(simd, node, was);
+    }
+}
+
+/// How the lanes note extremes.
+#[derive(Clone, Copy)]
+struct Noting<V> {
+    shut: V,
+    now: V,
+    sharp: V,
+}
+
+impl<V: Copy> Noting<V> {
+    /// Note what a node was; or, if that is an extreme and these may lie between steps, the vertex of
+    /// the parabola through what it was a step before and what it is now.
+    #[inline(always)]
+    fn note<S: Simd<f64s = V>, const BETWEEN: bool>(self, simd: S, node: &mut [V; NODE], was: V) {
+        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
+        let (mut low, mut high) = (simd.add_f64s(was, self.shut), simd.sub_f64s(was, self.shut));
+        if BETWEEN {
+            let [to, from] = [simd.sub_f64s(node[U], was), simd.sub_f64s(was, node[BEFORE])];
+            node[BEFORE] = was;
+            let (slope, bend) = (simd.add_f64s(to, from), simd.sub_f64s(to, from));
+            let least = simd.max_f64s(simd.abs_f64s(bend), simd.splat_f64s(f64::MIN_POSITIVE));
+            let square = simd.mul_f64s(simd.mul_f64s(slope, slope), self.sharp);
+            let vertex = simd.div_f64s(square, least);
+            // Where the vertex is not within half a step, there is no extreme.
+            let most = simd.mul_f64s(self.sharp, bend);
+            let below = simd.min_f64s(vertex, simd.max_f64s(most, zero));
+            let above = simd.min_f64s(vertex, simd.max_f64s(simd.neg_f64s(most), zero));
+            low = simd.sub_f64s(low, below);
+            high = simd.add_f64s(high, above);
+        }
+        // As a number: a choice between two values would be stored under a mask, which is slow.
+        let lower = simd.select_f64s(simd.less_than_f64s(low, node[LOWEST]), one, zero);
+        node[WHEN] = simd.mul_add_f64s(lower, simd.sub_f64s(self.now, node[WHEN]), node[WHEN]);
+        node[LOWEST] = simd.min_f64s(node[LOWEST], low);
+        node[HIGHEST] = simd.max_f64s(node[HIGHEST], high);
+    }
+}
+
+/// Block rows, node after node.
+trait Rows<S: Simd>: Copy {
+    /// A number of the rows of a node.
+    fn number(self, simd: S, node: usize, number: usize) -> S::f64s;
+}
+
+/// One copy for all lanes.
+#[derive(Clone, Copy)]
+struct Shared<'a>(&'a [[f64; ROWS]]);
+
+impl<S: Simd> Rows<S> for Shared<'_> {
+    #[inline(always)]
+    fn number(self, simd: S, node: usize, number: usize) -> S::f64s {
+        simd.splat_f64s(self.0[node][number])
+    }
+}
+
+/// A row for each lane.
+#[derive(Clone, Copy)]
+struct Laned<'a, V>(&'a [[V; ROWS]]);
+
+impl<S: Simd> Rows<S> for Laned<'_, S::f64s> {
+    #[inline(always)]
+    fn number(self, _: S, node: usize, number: usize) -> S::f64s {
+        self.0[node][number]
+    }
+}
+
+/// Two numbers of a node.
+#[inline(always)]
+fn pair<V: Copy>(node: &[V; NODE], number: usize) -> [V; 2] {
+    [node[number], node[number + 1]]
+}
+
+#[inline(always)]
+fn put<V: Copy>(node: &mut [V; NODE], number: usize, pair: [V; 2]) {
+    [node[number], node[number + 1]] = pair;
 }
 
 #[inline(always)]
@@ -287,61 +363,93 @@ fn add<S: Simd>(simd: S, a: [S::f64s; 2], b: [S::f64s; 2]) -> [S::f64s; 2] {
     [simd.add_f64s(a[0], b[0]), simd.add_f64s(a[1], b[1])]
 }
 
-/// Deflection and slope of `n` nodes and one on both sides.
+/// Block row `i` of a matrix times a pair of each node, in two sums a row, whose latencies overlap.
 #[inline(always)]
-fn pairs<S: Simd>(values: &[f64], n: usize) -> &[[S::f64s; 2]] {
-    &S::as_simd_f64s(values).0.as_chunks::<2>().0[..n + 2]
-}
-
-/// The same, to change.
-#[inline(always)]
-fn pairs_mut<S: Simd>(values: &mut [f64], n: usize) -> &mut [[S::f64s; 2]] {
-    &mut S::as_mut_simd_f64s(values).0.as_chunks_mut::<2>().0[..n + 2]
-}
-
-/// `A x` in block row `i`, in two sums a row, whose latencies overlap.
-#[inline(always)]
-fn apply<S: Simd>(simd: S, a: &[[S::f64s; ROW]], x: &[[S::f64s; 2]], i: usize) -> [S::f64s; 2] {
-    let ([p, q, r, b00, b01, b10, b11], [_, _, _, a00, a01, a10, a11]) = (a[i], a[i - 1]);
-    let (left, here, right) = (x[i - 1], x[i], x[i + 1]);
+fn apply<S: Simd>(
+    simd: S,
+    rows: impl Rows<S>,
+    matrix: usize,
+    nodes: &[[S::f64s; NODE]],
+    x: usize,
+    i: usize,
+) -> [S::f64s; 2] {
+    let a = |node, k| rows.number(simd, node, matrix + k);
+    let (left, here, right) = (pair(&nodes[i - 1], x), pair(&nodes[i], x), pair(&nodes[i + 1], x));
     let row = |[l0, l1, h0, h1, r0, r1]: [S::f64s; 6]| {
         let near = simd.mul_add_f64s(h1, here[1], simd.mul_f64s(h0, here[0]));
         let near = simd.mul_add_f64s(l0, left[0], near);
         let far = simd.mul_add_f64s(r1, right[1], simd.mul_f64s(r0, right[0]));
         simd.add_f64s(near, simd.mul_add_f64s(l1, left[1], far))
     };
-    [row([a00, a10, p, q, b00, b01]), row([a01, a11, q, r, b10, b11])]
+    [
+        row([a(i - 1, 3), a(i - 1, 5), a(i, 0), a(i, 1), a(i, 3), a(i, 4)]),
+        row([a(i - 1, 4), a(i - 1, 6), a(i, 1), a(i, 2), a(i, 5), a(i, 6)]),
+    ]
 }
 
 /// `right - L before`.
 #[inline(always)]
 fn forward<S: Simd>(
     simd: S,
-    factor: &[S::f64s; ROW],
+    rows: impl Rows<S>,
+    i: usize,
     before: [S::f64s; 2],
     right: [S::f64s; 2],
 ) -> [S::f64s; 2] {
-    let [l00, l01, l10, l11, ..] = *factor;
-    let y = simd.negate_mul_add_f64s(l00, before[0], right[0]);
-    let z = simd.negate_mul_add_f64s(l10, before[0], right[1]);
-    [simd.negate_mul_add_f64s(l01, before[1], y), simd.negate_mul_add_f64s(l11, before[1], z)]
+    let l = |k| rows.number(simd, i, FACTOR + k);
+    let y = simd.negate_mul_add_f64s(l(0), before[0], right[0]);
+    let z = simd.negate_mul_add_f64s(l(2), before[0], right[1]);
+    [simd.negate_mul_add_f64s(l(1), before[1], y), simd.negate_mul_add_f64s(l(3), before[1], z)]
 }
 
 /// `D^-1 down - L' after`, the `L` being that of the next row.
 #[inline(always)]
 fn backward<S: Simd>(
     simd: S,
-    factor: &[S::f64s; ROW],
-    next: &[S::f64s; ROW],
+    rows: impl Rows<S>,
+    i: usize,
     down: [S::f64s; 2],
     after: [S::f64s; 2],
 ) -> [S::f64s; 2] {
-    let ([.., a, b, c], [l00, l01, l10, l11, ..]) = (*factor, *next);
-    let y = simd.mul_add_f64s(b, down[1], simd.mul_f64s(a, down[0]));
-    let z = simd.mul_add_f64s(c, down[1], simd.mul_f64s(b, down[0]));
-    let y = simd.negate_mul_add_f64s(l00, after[0], y);
-    let z = simd.negate_mul_add_f64s(l01, after[0], z);
-    [simd.negate_mul_add_f64s(l10, after[1], y), simd.negate_mul_add_f64s(l11, after[1], z)]
+    let d = |k| rows.number(simd, i, FACTOR + 4 + k);
+    let l = |k| rows.number(simd, i + 1, FACTOR + k);
+    let y = simd.mul_add_f64s(d(1), down[1], simd.mul_f64s(d(0), down[0]));
+    let z = simd.mul_add_f64s(d(2), down[1], simd.mul_f64s(d(1), down[0]));
+    let y = simd.negate_mul_add_f64s(l(0), after[0], y);
+    let z = simd.negate_mul_add_f64s(l(1), after[0], z);
+    [simd.negate_mul_add_f64s(l(2), after[1], y), simd.negate_mul_add_f64s(l(3), after[1], z)]
+}
+
+/// The block rows that a step reads, of so many nodes from `first` on and of one on both sides.
+fn factored(mesh: &Mesh, first: usize, nodes: usize, h: f64) -> Vec<[f64; ROWS]> {
+    let mut rows = vec![[0.0; ROWS]; nodes + 2];
+    let mut before = Matrix2::zeros();
+    let mut inverse = Matrix2::zeros();
+    for i in 0..nodes {
+        let node = first + i;
+        let [mass, damping, stiffness] = row_of(mesh, node, i + 1 == nodes);
+        let sum = |k: usize| mass[k] + (damping[k] + stiffness[k] * h) * h;
+        let (mut diagonal, right) = (sum(0), sum(1));
+        for held in (0..2).filter(|k| mesh.holds(2 * node + k)) {
+            diagonal[(held, held)] = 1.0;
+        }
+        let lower: Matrix2<f64> = before.transpose() * inverse;
+        let pivot = diagonal - lower * before;
+        inverse = pivot.try_inverse().unwrap_or(Matrix2::repeat(f64::NAN));
+        before = right;
+        let later = [0, 1].map(|k| (mass[k] - stiffness[k] * (h * h)) * LATE);
+        let symmetric = |a: &Matrix2<f64>| [a[(0, 0)], a[(0, 1)], a[(1, 1)]];
+        let whole = |a: &Matrix2<f64>| [a[(0, 0)], a[(0, 1)], a[(1, 0)], a[(1, 1)]];
+        let row = |[diagonal, right]: [Matrix2<f64>; 2]| {
+            let ([a, b, c], [d, e, f, g]) = (symmetric(&diagonal), whole(&right));
+            [a, b, c, d, e, f, g]
+        };
+        let ([a, b, c], [d, e, f, g]) = (symmetric(&inverse), whole(&lower));
+        let stiffness = stiffness.map(|block| block * h);
+        let numbers = [row(mass), row(stiffness), row(later), [d, e, f, g, a, b, c]];
+        rows[i + 1].copy_from_slice(numbers.as_flattened());
+    }
+    rows
 }
 
 /// The diagonal block of a node and the block right of it, of `M`, `C` and `K`; without the latter

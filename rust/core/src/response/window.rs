@@ -9,13 +9,13 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Hold;
+use super::passes::Passes;
 use super::record::{Envelope, Keep, Record};
 use super::sdirk::{STAGES, Windows};
 use crate::analytical::WinklerBeam;
 use crate::error::{Result, Watch, diverged, go_on, invalid, positive, reserve};
 use crate::pavement::load::{Loads, TRACK_SHARE};
-use crate::pavement::mesh::Place;
-use crate::pavement::{Mesh, Weights};
+use crate::pavement::{Mesh, Reading, Weights};
 
 /// What is left out of a deflection, as a part of that under a force.
 pub const TOLERANCE: f64 = 1e-8;
@@ -38,7 +38,8 @@ pub struct Road {
     weights: Weights,
     hold: Hold,
     keep: Keep,
-    probes: Vec<Place>,
+    /// How each column of a history is read.
+    readings: Vec<Reading>,
 }
 
 impl Road {
@@ -48,20 +49,20 @@ impl Road {
     /// [`Error::Invalid`](crate::error::Error::Invalid) for the time step, or for a station off the road.
     pub fn new(mesh: Mesh, dt: f64, (weights, hold): (Weights, Hold), keep: Keep) -> Result<Self> {
         positive("time step dt", dt, "s")?;
-        let probes = keep.places(&mesh)?;
-        Ok(Self { mesh, dt, weights, hold, keep, probes })
+        let readings = keep.readings(&mesh)?;
+        Ok(Self { mesh, dt, weights, hold, keep, readings })
     }
 
     /// Places of the nodes, m, the ends included.
     #[must_use]
-    pub fn nodes(&self) -> Vec<f64> {
+    pub fn nodes(&self) -> &[f64] {
         self.mesh.nodes()
     }
 
     /// Columns of a record's history.
     #[must_use]
     pub fn columns(&self) -> usize {
-        self.probes.len() + if self.keep.nodes { self.mesh.len() } else { 0 }
+        self.readings.len()
     }
 
     /// Deflection of the road under `loads`, from rest. Axles only go forward.
@@ -105,15 +106,14 @@ impl Road {
 }
 
 /// A part of a run: from rest at `begin`, counted from `from` on, up to before `end`.
-#[derive(Debug, Clone, Copy)]
-struct Part {
+struct Part<'a> {
     begin: usize,
     from: usize,
     end: usize,
     /// First node of its window.
     first: usize,
-    /// Whether the window's elements are all equal, and so those of the next one.
-    uniform: bool,
+    /// Which axle each node is nearest to.
+    passes: Passes<'a>,
 }
 
 struct Run<'a, 'w> {
@@ -132,19 +132,23 @@ impl WithSimd for Run<'_, '_> {
         let mesh = &road.mesh;
         let (reach, memory) = road.extent(loads.speed(road.dt))?;
         let nodes = window_nodes(mesh, loads, reach);
-        let mut parts = parts(instants, S::F64_LANES, memory);
-        let mut windows = Windows::new(nodes, S::F64_LANES, road.dt);
-        let mut envelope = Envelope::zeros(mesh.len());
+        let first = |instant, first| first_node(mesh, loads, instant, reach[1], nodes, first);
+        let mut parts: Vec<Part<'_>> = parts(instants, S::F64_LANES, memory)
+            .map(|[begin, from, end]| {
+                let passes = Passes::new(mesh, loads, begin);
+                Part { begin, from, end, first: first(begin, 0).unwrap_or(0), passes }
+            })
+            .collect();
+        let mut windows = Windows::new(nodes, S::F64_LANES, road.dt, road.hold == Hold::First);
+        let mut envelope = Envelope::zeros(mesh.len(), loads.axles);
         let columns = road.columns();
         let mut history = Vec::new();
         let rows = if columns > 0 { instants.div_ceil(road.keep.every) } else { 0 };
         reserve(&mut history, rows.saturating_mul(columns))?;
         history.resize(rows * columns, 0.0);
         let longest = parts.iter().map(|part| part.end - part.begin).max().unwrap_or(0);
-        for (lane, part) in parts.iter_mut().enumerate() {
-            part.first = first_node(mesh, loads, part.begin, reach[1], nodes, 0).unwrap_or(0);
+        for (lane, part) in parts.iter().enumerate() {
             windows.fill(lane, mesh, part.first);
-            part.uniform = is_uniform(mesh, part.first, nodes);
         }
         for tick in 0..longest {
             if tick % WATCHED == 0 {
@@ -156,38 +160,40 @@ impl WithSimd for Run<'_, '_> {
             windows.unload();
             for (lane, part) in parts.iter_mut().enumerate() {
                 let instant = part.begin + tick;
+                let counts = (part.from..part.end).contains(&instant);
+                let between = road.hold == Hold::First && instant > 0 && instant + 1 < instants;
+                windows.count(lane, instant, counts, between);
                 if instant >= part.end {
-                    windows.count(lane, false, instant);
                     continue;
                 }
-                if columns > 0 && instant >= part.from && instant.is_multiple_of(road.keep.every) {
+                if counts && columns > 0 && instant.is_multiple_of(road.keep.every) {
                     let row = instant / road.keep.every;
                     let row = &mut history[row * columns..(row + 1) * columns];
                     road.read(&windows, lane, part.first, row);
                 }
-                let last = part.first;
-                if let Some(first) = first_node(mesh, loads, instant, reach[1], nodes, last) {
+                if let Some(first) = first(instant, part.first) {
                     while part.first < first {
-                        envelope.take(part.first, windows.shift(lane));
+                        let axle = part.passes.axle(part.first);
+                        envelope.take(part.first, axle, windows.shift(lane));
                         part.first += 1;
-                        let uniform = is_uniform(mesh, part.first, nodes);
-                        if !(uniform && part.uniform) {
-                            windows.fill(lane, mesh, part.first);
-                        }
-                        part.uniform = uniform;
+                        windows.fill(lane, mesh, part.first);
                     }
                 }
-                if instant + 1 < part.end {
+                part.passes.advance(instant, |node, axle| {
+                    if let Some(at) = node.checked_sub(part.first).filter(|at| *at < nodes) {
+                        envelope.take(node, axle, windows.take(lane, at));
+                    }
+                });
+                if instant + 1 < instants {
                     road.load(&mut windows, lane, part.first, loads, instant)?;
                 }
-                let next = instant + 1;
-                windows.count(lane, (part.from..part.end).contains(&next), next);
             }
             windows.step(simd);
         }
         for (lane, part) in parts.iter().enumerate() {
             for node in 0..nodes {
-                envelope.take(part.first + node, windows.passed(lane, node));
+                let axle = part.passes.axle(part.first + node);
+                envelope.take(part.first + node, axle, windows.take(lane, node));
             }
         }
         go_on(watch, longest, longest)?;
@@ -199,18 +205,14 @@ impl WithSimd for Run<'_, '_> {
 }
 
 impl Road {
-    /// Deflections at the nodes, if they are kept, and then at the stations.
+    /// What is kept of an instant: only what is inside the window moves.
     fn read(&self, windows: &Windows, lane: usize, first: usize, row: &mut [f64]) {
-        let inside = |node: usize| node.checked_sub(first).filter(|at| *at < windows.len());
-        let motion = |node: usize| inside(node).map_or([0.0; 2], |at| windows.motion(lane, at));
-        let (nodes, stations) = row.split_at_mut(row.len() - self.probes.len());
-        for (node, out) in nodes.iter_mut().enumerate().skip(first).take(windows.len()) {
-            *out = motion(node)[0];
-        }
-        for (probe, out) in self.probes.iter().zip(stations) {
-            let ([w1, t1], [w2, t2]) = (motion(probe.element), motion(probe.element + 1));
-            let weights = probe.weights(Weights::Hermite);
-            *out = [w1, t1, w2, t2].into_iter().zip(weights).map(|(u, n)| u * n).sum();
+        let motion = |node: usize| {
+            let inside = node.checked_sub(first).filter(|at| *at < windows.len());
+            inside.map_or([[0.0; 2]; 2], |at| windows.motion(lane, at))
+        };
+        for (out, reading) in row.iter_mut().zip(&self.readings) {
+            *out = reading.of(motion);
         }
     }
 
@@ -275,7 +277,7 @@ fn first_node(
     nodes: usize,
     first: usize,
 ) -> Option<usize> {
-    let row = &loads.positions[instant * loads.axles..(instant + 1) * loads.axles];
+    let row = loads.places(instant);
     // An axle that is still ahead of the road comes onto it at its beginning.
     let last = row.iter().copied().filter(|x| *x <= mesh.length()).reduce(f64::min)?;
     let start = (last - behind).max(0.0);
@@ -286,22 +288,12 @@ fn first_node(
     Some(mesh.place(start).map_or(0, |place| place.element).min(furthest))
 }
 
-/// Whether all elements of a window, and those on both its sides, are equal.
-fn is_uniform(mesh: &Mesh, first: usize, nodes: usize) -> bool {
-    first > 0 && first + nodes < mesh.len() && mesh.is_uniform(first - 1, first + nodes - 1)
-}
-
-/// Cut a run into at most so many parts, where that saves more than the run-in of each costs.
-fn parts(instants: usize, lanes: usize, memory: f64) -> Vec<Part> {
+/// Cut a run into at most so many parts, where that saves more than the run-in of each costs: the
+/// instants that each begins, counts from and ends at.
+fn parts(instants: usize, lanes: usize, memory: f64) -> impl Iterator<Item = [usize; 3]> {
     let worth = memory < 0.5 * instants as f64;
     let (count, memory) = if worth { (lanes, memory as usize) } else { (1, 0) };
-    let at = |part: usize| part * instants / count;
-    let part = |number: usize| Part {
-        begin: at(number).saturating_sub(memory),
-        from: at(number),
-        end: at(number + 1),
-        first: 0,
-        uniform: false,
-    };
-    (0..count).map(part).filter(|part| part.from < part.end).collect()
+    let at = move |part: usize| part * instants / count;
+    let part = move |number: usize| [at(number).saturating_sub(memory), at(number), at(number + 1)];
+    (0..count).map(part).filter(|[_, from, end]| from < end)
 }
