@@ -19,7 +19,7 @@ Examples
 
 from importlib.metadata import version
 
-from pavefem import analytical, metrics, roughness, vehicles
+from pavefem import analytical, metrics, roughness, studies, vehicles
 from pavefem.asphalt import Asphalt
 from pavefem.errors import FormatError, PavefemError, SolverError, ValidityWarning
 from pavefem.fleet import fleet_forces
@@ -70,6 +70,7 @@ __all__ = [
     "roughness",
     "run",
     "simulate",
+    "studies",
     "tire_forces",
     "transition",
     "vehicles",

@@ -1,4 +1,4 @@
-"""The command line: ``pavefem run``, ``pavefem iri`` and ``pavefem info``."""
+"""The command line: ``pavefem run``, ``pavefem iri``, ``pavefem info`` and ``pavefem paper``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import pavefem
-from pavefem.cli import info, iri, run
+from pavefem.cli import info, iri, paper, run
 from pavefem.cli.terminal import console
 
 app = typer.Typer(
@@ -24,6 +24,7 @@ positive in files, and printed in mm.""",
 app.command("run")(run.run)
 app.command("iri")(iri.iri)
 app.command("info")(info.info)
+app.command("paper")(paper.paper)
 
 
 def _version(show: bool) -> None:

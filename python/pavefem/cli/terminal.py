@@ -45,7 +45,7 @@ def reporting() -> Iterator[None]:
         _print_mistake(error)
         raise typer.Exit(2) from None
     except KeyboardInterrupt:
-        _print_error("stopped")
+        report_error("stopped")
         raise typer.Exit(130) from None
 
 
@@ -110,8 +110,9 @@ def _print_mistake(error: Exception, about: str = "") -> None:
         lines = [str(error)]
     for line in lines:
         named = line.startswith((about, about.replace(": ", ", ")))
-        _print_error(line if named else about + line)
+        report_error(line if named else about + line)
 
 
-def _print_error(line: str) -> None:
+def report_error(line: str) -> None:
+    """Print a line that says what was wrong."""
     errors.print(f"error: {line}", style="red", highlight=False, markup=False, soft_wrap=True)
