@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,14 @@ from pavefem._files import check_writable
 from pavefem.cli.terminal import console, print_figures, report_error, reporting
 from pavefem.formats import PROFILE_READERS
 from pavefem.studies import reproduce_paper
+from pavefem.studies.paper.sites import sites_of
+
+
+class Reading(StrEnum):
+    """How the paper is read."""
+
+    FIRST = "first"
+    SECOND = "second"
 
 
 @reporting()
@@ -19,12 +28,11 @@ def paper(
         Path, typer.Option(help="Folder for paper.html, paper.json and the pictures.")
     ] = Path("paper"),
     reading: Annotated[
-        str,
+        Reading,
         typer.Option(
-            help='Which reading of what the paper leaves open draws the figures: "first" or '
-            '"second". Tables have both.'
+            help="Which reading of what the paper leaves open draws the figures; tables have both."
         ),
-    ] = "first",
+    ] = Reading.FIRST,
     profiles: Annotated[
         Path | None,
         typer.Option(
@@ -40,8 +48,9 @@ def paper(
     file of each figure and of the table. A profile that cannot be used is reported and loses none
     of the others; the exit code is then 2.
     """
+    sites = sites_of(profiles)
     check_writable(out)
-    found = reproduce_paper(reading, profiles, progress=True)
+    found = reproduce_paper(reading, sites, progress=True)
     files = found.save(out)
     print_figures("pavefem paper", found.summary())
     names = ", ".join(path.name for path in files)

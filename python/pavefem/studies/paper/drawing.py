@@ -14,7 +14,7 @@ from pavefem.studies.paper.figures import Curve, Panel, PaperFigure
 from pavefem.studies.paper.numbers import PRINTED, TableIII
 from pavefem.studies.paper.wording import ROWS, difference, sensitivity
 
-WIDTHS: Final = (0.0, 6.4, 9.6, 11.0)
+WIDTHS: Final = {1: 7.2, 2: 9.6, 3: 11.0}
 """Of a figure by its panels, inches."""
 STYLES: Final[dict[str, dict[str, Any]]] = {
     "line": {"linewidth": 1.3},

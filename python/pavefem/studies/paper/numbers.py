@@ -169,7 +169,7 @@ class Numbers:
         halves = np.array_split(self.by_site, 2, axis=1)
         if min(half.shape[1] for half in halves) < 2:
             return None
-        low, high = self.iri_of_halves
+        low, high = map(float, self.iri_of_halves)
         errors = [half.std(axis=1, ddof=1) / np.sqrt(half.shape[1]) for half in halves]
         relative: NDArray[np.float64] = np.hypot(*errors) / self.peaks_of_halves[:, 0]
         return relative * low / (high - low)

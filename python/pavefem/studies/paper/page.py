@@ -27,9 +27,6 @@ from pavefem.studies.paper.wording import (
 TITLE: Final = "A Finite Element Model to assess flexible pavement vehicle interaction"
 AUTHORS: Final = "Romero Navarrete, Lozano Guzmán and Arroyo Contreras"
 
-Cell = str | float
-"""Text is escaped and stands left; what is a number is written before and stands right."""
-
 
 def page(paper: Reproduction) -> str:
     """Write the page of a reproduction."""
@@ -208,18 +205,20 @@ def _compared(paper: Reproduction, figure: PaperFigure) -> str:
 
 
 def _levels(paper: Reproduction) -> str:
-    """Write the peaks of Fig. 8 at the three spacings, by both readings."""
+    """Write the peaks of Fig. 8 at the three spacings, by both readings and both schemes."""
     rows = []
     for name, numbers in paper.numbers.items():
         for number, speed in enumerate(SPEEDS):
             head = f"<th rowspan={len(SPEEDS)}>{name} reading</th>" if number == 0 else ""
+            pairs = zip(
+                numbers.at_spacings[number], numbers.at_spacings_converged[number], strict=True
+            )
             cells = "".join(
-                _number(millimetres(float(peak)))
-                for peak in (*numbers.at_spacings[number], *numbers.at_spacings_converged[number])
+                _number(millimetres(float(coarse)), f"converged {millimetres(float(fine))}")
+                for coarse, fine in pairs
             )
             rows.append(f"<tr>{head}{_number(f'{speed:g} km/h')}{cells}</tr>")
-    schemes = ("the paper’s scheme", "converged")
-    heads = ["Peaks", "speed", *(f"{s:g} m, {scheme}" for scheme in schemes for s in SPACINGS)]
+    heads = ["Peaks by spacing", "speed", *(f"{spacing:g} m" for spacing in SPACINGS)]
     return _table(heads, rows)
 
 
@@ -242,7 +241,7 @@ def _readings() -> str:
 def _profiles(paper: Reproduction) -> str:
     numbers = paper.numbers[paper.reading]
     rows = [
-        f"<tr><td>{escape(site.name)}</td>"
+        f'<tr><td class="name">{escape(site.name)}</td>'
         + "".join(map(_number, (f"{site.iri:.2f}", f"{site.run_in:.4g} m")))
         + "".join(_number(millimetres(float(peak))) for peak in numbers.by_site[:, number])
         + "</tr>"

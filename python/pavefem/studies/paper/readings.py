@@ -58,24 +58,28 @@ class Assumption:
     why: str
 
 
+def _spaced(number: float) -> str:
+    return f"{number:,.0f}".replace(",", "\u00a0")
+
+
 def _open_constants() -> tuple[Assumption, ...]:
     """Constants in which the readings differ."""
     first, second = (READINGS[name].pavement for name in ("first", "second"))
     return (
         Assumption(
             "damping constant of a bar",
-            "“Damping constant of the bar elements” stands twice in Table I, as 14 000 and as "
-            "140 000",
-            f"{first.bar_damping:,.0f} N s/m; the other is the beam’s",
-            f"{second.bar_damping:,.0f} N s/m, as the beam’s",
+            "“Damping constant of the bar elements” stands twice in Table I: 14\u00a0000 and "
+            "140\u00a0000",
+            f"{_spaced(first.bar_damping)} N s/m; the other is the beam’s",
+            f"{_spaced(second.bar_damping)} N s/m, as the beam’s",
             "Table I prints both values under the bars’ name. With much damping the "
             "sensitivities come out, with little the levels and trends of Fig. 8.",
         ),
         Assumption(
             "penetration index of the binder",
             "not given",
-            f"{first.asphalt.penetration_index:g}",
-            f"{second.asphalt.penetration_index:g}",
+            f"{first.asphalt.penetration_index:g}".replace("-", "−"),
+            f"{second.asphalt.penetration_index:g}".replace("-", "−"),
             "Fitted with the next line: in the first reading to Table III, in the second to "
             "Fig. 8.",
         ),
@@ -91,19 +95,20 @@ def _open_constants() -> tuple[Assumption, ...]:
 
 
 _SAME: Final = "the same"
+_UNKNOWN: Final = "not known to us"
 
 ASSUMPTIONS: Final = (
     *_open_constants(),
     Assumption(
         "stiffness of the subbase’s part of a bar",
-        "“Spring constant of the bar elements 95 000 000”",
+        "“Spring constant of the bar elements 95\u00a0000\u00a0000”",
         "EA = 9.5e7 N, so EA / 0.5 m = 190 MN/m",
         _SAME,
         "Read as the spring itself, the sensitivities to VMA come out at half the printed ones.",
     ),
     Assumption(
         "void content",
-        "15 to 30 % in eq. 7",
+        "“void content”",
         "voids in the mineral aggregate (VMA)",
         _SAME,
         "Eq. 7 is Heukelom and Klomp’s formula with 3 % of air counted with the aggregate.",
@@ -118,14 +123,14 @@ ASSUMPTIONS: Final = (
     ),
     Assumption(
         "where deflections are taken",
-        "not given",
+        _UNKNOWN,
         "at the middle of the 25 m, until the last axle leaves",
         _SAME,
         "Next to the clamped ends peaks are others.",
     ),
     Assumption(
         "tandem spacing, but for Figs. 7 and 8",
-        "not given",
+        _UNKNOWN,
         "1.6 m, both axles 0.8 m from the tandem’s centre, static loads kept",
         _SAME,
         "With it the sensitivities to temperature and VMA come out.",
@@ -133,14 +138,14 @@ ASSUMPTIONS: Final = (
     Assumption(
         "truck",
         "Table II and Fig. 4, without tires, pitch inertia and equalizing beam",
-        "tires 1.75 MN/m (front) and 3.5 MN/m, 10 kN s/m an axle; pitch inertia 80 000 kg m²; "
+        "tires 1.75 MN/m (front) and 3.5 MN/m, 10 kN s/m an axle; pitch inertia 80\u00a0000 kg m²; "
         "beam 100 kg m²",
         _SAME,
         "Chosen. The static axle loads fix the centre of gravity and the pin of the beam.",
     ),
     Assumption(
         "forces, but for Figs. 9 and 10",
-        "not given",
+        _UNKNOWN,
         "constant: a smooth road",
         _SAME,
         "With them the sensitivities to temperature and VMA come out.",

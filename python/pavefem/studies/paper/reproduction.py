@@ -15,12 +15,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pavefem._files import check_writable, replacing
 from pavefem._progress import progress_bar
-from pavefem.profile import Profile
 from pavefem.road import Road
 from pavefem.simulate import simulate
 from pavefem.studies.paper import printed
 from pavefem.studies.paper.cases import SPEEDS, Case, remarks, run_cases
-from pavefem.studies.paper.figures import Compared, PaperFigure, figures_of
+from pavefem.studies.paper.figures import Compared, Curve, PaperFigure, figures_of
 from pavefem.studies.paper.numbers import (
     PRINTED,
     PRINTED_RATIOS,
@@ -30,7 +29,7 @@ from pavefem.studies.paper.numbers import (
     numbers_of,
 )
 from pavefem.studies.paper.readings import ASSUMPTIONS, READINGS
-from pavefem.studies.paper.sites import Sites, sites_of
+from pavefem.studies.paper.sites import Given, Sites, sites_of
 from pavefem.studies.paper.wording import ROWS, difference, percent, sensitivity
 from pavefem.vehicles import tandem_truck
 
@@ -44,7 +43,7 @@ DPI: Final = 150
 
 def reproduce_paper(
     reading: str = "first",
-    profiles: str | os.PathLike[str] | Iterable[Profile] | None = None,
+    profiles: Given = None,
     progress: bool = False,
 ) -> Reproduction:
     """Compute the paper's Figs. 7 to 12 and Table III, to stand beside what it prints.
@@ -186,7 +185,7 @@ class Reproduction:
         ValueError
             If there is no such figure.
         """
-        from pavefem.studies.paper.drawing import draw_figure, draw_table  # see Result.plot
+        from pavefem.studies.paper.drawing import draw_figure, draw_table  # matplotlib
 
         if name == TABLE:
             return draw_table({reading: found.table for reading, found in self.numbers.items()})
@@ -319,14 +318,16 @@ def _figure(figure: PaperFigure) -> dict[str, Any]:
                 "x": panel.x_label,
                 "y": f"{panel.y_label} [m]",
                 "printed": list(panel.printed),
-                "curves": [
-                    {"name": curve.name, "x": curve.x.tolist(), "y": curve.y.tolist()}
-                    for curve in panel.curves
-                ],
+                "curves": [_curve(curve) for curve in panel.curves],
             }
             for panel in figure.panels
         ],
     }
+
+
+def _curve(curve: Curve) -> dict[str, Any]:
+    spread = {} if curve.spread is None else {"standard_deviation": curve.spread.tolist()}
+    return {"name": curve.name, "x": curve.x.tolist(), "y": curve.y.tolist()} | spread
 
 
 def _compared(item: Compared) -> dict[str, Any]:

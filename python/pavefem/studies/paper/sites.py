@@ -70,7 +70,11 @@ def random_sites() -> Sites:
     )
 
 
-def sites_of(profiles: str | os.PathLike[str] | Iterable[Profile] | None) -> Sites:
+Given = str | os.PathLike[str] | Iterable[Profile] | Sites | None
+"""Profiles as a user names them: a folder, or the profiles themselves."""
+
+
+def sites_of(profiles: Given) -> Sites:
     """Take random profiles, those of a folder, or those given.
 
     Raises
@@ -82,8 +86,14 @@ def sites_of(profiles: str | os.PathLike[str] | Iterable[Profile] | None) -> Sit
     """
     if profiles is None:
         return random_sites()
+    if isinstance(profiles, Sites):
+        return profiles
     if isinstance(profiles, str | os.PathLike):
         return _checked(_of_folder(Path(profiles)), os.fspath(profiles))
+    if not isinstance(profiles, Iterable):
+        raise ValueError(
+            f"profiles is a {type(profiles).__name__}: must be a folder or a list of Profile"
+        )
     return _checked(_of_profiles(list(profiles)), "the profiles given")
 
 
