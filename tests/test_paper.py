@@ -499,7 +499,8 @@ def test_command_reports_profiles_that_it_cannot_use(
     assert all(line.startswith("error: ") for line in lines)
     written = json.loads((tmp_path / "mine" / "paper.json").read_text("utf-8"))
     assert [profile["name"] for profile in written["profiles"]] == ["A.csv", "B.csv", "C.csv"]
-    assert set(written["rejected_profiles"]) == {"README", "broken.csv", "short.csv"}
+    rejected = [profile["name"] for profile in written["rejected_profiles"]]
+    assert rejected == ["README", "broken.csv", "short.csv"]
     page = (tmp_path / "mine" / "paper.html").read_text("utf-8")
     assert "Not used" in page and "broken.csv" in page
 

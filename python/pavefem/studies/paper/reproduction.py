@@ -223,7 +223,9 @@ class Reproduction:
                 {"name": site.name, "iri_m_per_km": site.iri, "run_in": site.run_in}
                 for site in self.sites.used
             ],
-            "rejected_profiles": dict(self.rejected),
+            "rejected_profiles": [
+                {"name": name, "reason": reason} for name, reason in self.rejected
+            ],
             "warnings": [
                 *self.sites.remarks,
                 *(f"{text}: {', '.join(places(cases))}" for text, cases in self.warnings.items()),
