@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import partial
 from typing import Final, Literal
 
 import numpy as np
@@ -134,7 +136,33 @@ def run(
     """Run a scenario; see `simulate`."""
     if not isinstance(scenario, Scenario):
         raise ValueError(f"scenario is a {type(scenario).__name__}: must be a Scenario")
-    quantities = _check_keep(keep)
+    return answer(
+        scenario,
+        keep=keep,
+        every=every,
+        stations=stations,
+        cache=cache,
+        bar=partial(progress_bar, progress),
+    )
+
+
+def answer(
+    scenario: Scenario,
+    *,
+    keep: Keep,
+    every: int,
+    stations: Sequence[float] | None,
+    cache: bool,
+    bar: Callable[[str], AbstractContextManager[Progress | None]],
+    files: bool = True,
+    forces_of: Callable[[Scenario, Progress | None], TireForces] | None = None,
+) -> Result:
+    """Run a scenario, as `run`.
+
+    `bar` gives what each of the two parts of the work reports to; without `files`, transition
+    matrices are kept in memory only; `forces_of` finds the tire forces, if somebody has them.
+    """
+    quantities = check_keep(keep)
     every = whole_number("every", every)
     places = np.asarray([] if stations is None else stations, dtype=np.float64)
     if places.ndim != 1 or (stations is not None and places.size == 0):
@@ -144,10 +172,10 @@ def run(
         raise ValueError(f'keep = {keep!r}: must have "deflection" in it where stations are given')
     nodes = deflection and stations is None
     _check_size(scenario, places.size, nodes, every)
-    stepper, x = _stepper(scenario, nodes, places, every, cache)
-    with progress_bar(progress, "vehicle") as report:
-        forces = _forces_on_road(scenario, report)
-    with progress_bar(progress, "pavement") as report:
+    stepper, x = _stepper(scenario, nodes, places, every, cache, files)
+    with bar("vehicle") as report:
+        forces = (forces_of or forces_on_road)(scenario, report)
+    with bar("pavement") as report:
         history, lowest, highest, step = stepper.run(forces.position, forces.force, report)
     return Result(
         scenario=scenario,
@@ -184,7 +212,8 @@ def _check_size(scenario: Scenario, stations: int, nodes: bool, every: int) -> N
         )
 
 
-def _check_keep(keep: Keep) -> Sequence[Quantity]:
+def check_keep(keep: Keep) -> Sequence[Quantity]:
+    """Return the histories that `keep` stands for, or raise a ValueError."""
     if not isinstance(keep, str) and isinstance(keep, Iterable):
         quantities = tuple(keep)
         if all(name in EVERYTHING for name in quantities):
@@ -195,7 +224,7 @@ def _check_keep(keep: Keep) -> Sequence[Quantity]:
 
 
 def _stepper(
-    scenario: Scenario, nodes: bool, stations: np.ndarray, every: int, cache: bool
+    scenario: Scenario, nodes: bool, stations: np.ndarray, every: int, cache: bool, files: bool
 ) -> tuple[_core.Stepper | _core.Window, np.ndarray]:
     """Prepare the road for stepping, or take what a run before has prepared; and its nodes."""
     road, scheme = scenario.road, scenario.scheme
@@ -212,7 +241,7 @@ def _stepper(
     def make() -> _core.Stepper:
         response = (
             transition(key, strip, scheme.dt)
-            if cache
+            if cache and files
             else _core.Transition.of_strip(strip, scheme.dt)
         )
         return _core.Stepper(strip, response, scheme.weights, scheme.hold, nodes, stations, every)
@@ -225,7 +254,7 @@ def _stepper(
     return _STEPPERS.get(whole, size, make), x
 
 
-def _forces_on_road(scenario: Scenario, report: Progress | None) -> TireForces:
+def forces_on_road(scenario: Scenario, report: Progress | None) -> TireForces:
     """Tire forces from the front axle at x = 0 until the last axle leaves the road."""
     forces = tire_forces(
         scenario.vehicle,

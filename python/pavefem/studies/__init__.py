@@ -1,0 +1,7 @@
+"""Studies: many scenarios that differ in chosen fields, and what their runs answer."""
+
+from __future__ import annotations
+
+from pavefem.studies.points import Answers, evaluate
+
+__all__ = ["Answers", "evaluate"]
