@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
-from pavefem.studies.points import Answers, evaluate
+from pavefem.studies.sweep import sweep
+from pavefem.studies.work import Answers, evaluate
 
-__all__ = ["Answers", "evaluate"]
+__all__ = ["Answers", "evaluate", "sweep"]

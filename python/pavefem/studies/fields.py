@@ -12,9 +12,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, Final
 
+from pavefem._validity import listening, warn_validity
 from pavefem.asphalt import Asphalt
 from pavefem.pavement import Pavement
 from pavefem.profile import Profile
@@ -217,12 +219,21 @@ def _profile(profile: Profile | None, changes: Changes) -> Profile:
         raise ValueError(f"iri = {iri} m/km: the base has no profile to scale")
     if not iri > 0.0:
         raise ValueError(f"iri = {iri} m/km: must be above 0")
-    own = profile.iri()
+    own, heard = _iri(profile)
+    for message in heard:
+        warn_validity(message)
     if not own > 0.0:
         raise ValueError(f"iri = {iri} m/km: profile {profile.name!r} is smooth")
     scale = iri / own
     tracks = {name: scale * z for name, z in profile.tracks.items()}
     return replace(profile, z=scale * profile.z, tracks=tracks)
+
+
+@lru_cache(maxsize=16)
+def _iri(profile: Profile) -> tuple[float, list[str]]:
+    """IRI of a profile, m/km, and what it warns of: of every point, though found once."""
+    with listening() as heard:
+        return profile.iri(), heard
 
 
 def _scheme(scheme: Scheme, changes: Changes) -> Scheme:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, Final, NamedTuple
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from pydantic import ValidationError
 
 from pavefem._tables import explain
@@ -37,20 +34,15 @@ _OF_LENGTH: Final = ("road", "road.length", "scheme", "scheme.dt")
 _OF_MATRIX: Final = ("road", "scheme", "speed_kmh", "temperature_c")
 
 
-class Answers(NamedTuple):
-    """What became of some points.
+class Outcome(NamedTuple):
+    """What became of a point."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (points, outputs)
-        Outputs; NaN where a point failed.
-    errors, warnings : list of str, length points
-        Why it failed, and which laws were used outside their range; "" where all is well.
-    """
-
-    values: NDArray[np.float64]
-    errors: list[str]
-    warnings: list[str]
+    values: list[float]
+    """Its outputs, none if it failed."""
+    error: str
+    """Why it failed, or ""."""
+    warning: str
+    """Which laws it uses outside their range, or ""."""
 
 
 class Memory:
@@ -78,7 +70,7 @@ class Plan:
     keep, stations, cache
         As of `simulate`.
     files : bool
-        Whether transition matrices go to the cache folder, too.
+        Whether transition matrices go to the cache folder, too; not where they are many.
     call : Call, optional
         The call that made the base's vehicle.
     """
@@ -156,13 +148,13 @@ class Plan:
         """Values of a point in some of the fields."""
         return tuple(entry for item, entry in zip(self.fields, row, strict=True) if is_of(item))
 
-    def evaluate(self, row: Row, watch: Progress | None = None) -> tuple[list[float], str, str]:
-        """Find the outputs of a point, why it failed if it did, and which laws it leaves."""
+    def evaluate(self, row: Row, watch: Progress | None = None) -> Outcome:
+        """Find the outputs of a point, or why it has none."""
         try:
             result, warnings = self.run(row, watch)
-            return [output.of(result) for output in self.outputs], "", "; ".join(warnings)
+            return Outcome([output.of(result) for output in self.outputs], "", "; ".join(warnings))
         except Exception as error:  # whatever it is, it is of this point and no other
-            return [math.nan] * len(self.outputs), _told(error), ""
+            return Outcome([], _told(error), "")
 
     def in_order(self, rows: Sequence[Row]) -> list[int]:
         """Put points that share what takes longest to make next to each other."""
@@ -172,12 +164,18 @@ class Plan:
         groups = [first.setdefault(self._key(row, shapes), i) for i, row in enumerate(rows)]
         return sorted(range(len(rows)), key=groups.__getitem__)
 
+    def with_files_for(self, rows: Sequence[Row]) -> Plan:
+        """Leave the cache folder alone where many points would fill it."""
+        matrices = len({self._key(row, _shapes_matrix) for row in rows})
+        return replace(self, files=self.cache and matrices <= MOST_FILES)
+
 
 def plan_of(
     base: Scenario | Mapping[str, Any],
     names: Sequence[str],
     outputs: Outputs,
     *,
+    choices: Sequence[tuple[Any, ...] | None] | None = None,
     keep: Keep = EVERYTHING,
     stations: Sequence[float] | None = None,
     cache: bool = True,
@@ -194,7 +192,7 @@ def plan_of(
     return Plan(
         base=base,
         fields=resolve(base, names),
-        choices=(None,) * len(names),
+        choices=tuple(choices or [None] * len(names)),
         outputs=found,
         keep=quantities,
         stations=None if stations is None else tuple(stations),
@@ -222,46 +220,3 @@ def _shapes_matrix(item: Field) -> bool:
 def _told(error: Exception) -> str:
     message = "; ".join(explain(error)) if isinstance(error, ValidationError) else f"{error}"
     return f"{type(error).__name__}: {message}".rstrip(": ")
-
-
-def evaluate(
-    base: Scenario | Mapping[str, Any],
-    names: Sequence[str],
-    values: ArrayLike,
-    outputs: Outputs,
-) -> Answers:
-    """Find the outputs of scenarios that differ from `base` by numbers.
-
-    Parameters
-    ----------
-    base : Scenario or mapping
-        What they have in common, or its fields by name.
-    names : sequence of str
-        Fields that differ, as of `sweep`.
-    values : array_like, shape (points, names)
-        Their values.
-    outputs : str, callable, sequence or mapping
-        As of `sweep`.
-
-    Returns
-    -------
-    Answers
-
-    Raises
-    ------
-    ValueError
-        If a name is not known, or `values` has another shape or a number that is not finite. What
-        fails at a point is among its answers.
-    """
-    table = np.asarray(values, dtype=np.float64)
-    if table.ndim != 2 or table.shape[1] != len(names):
-        raise ValueError(
-            f"values has shape {table.shape}: must have a column for each of {list(names)}"
-        )
-    if not np.isfinite(table).all():
-        raise ValueError(f"values has {table[~np.isfinite(table)][0]}: must be finite")
-    plan = plan_of(base, names, outputs)
-    rows = [tuple(row) for row in table.tolist()]
-    found = [plan.evaluate(row) for row in rows]
-    numbers = np.array([item[0] for item in found]).reshape(len(rows), len(plan.outputs))
-    return Answers(numbers, [item[1] for item in found], [item[2] for item in found])
