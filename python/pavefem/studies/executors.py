@@ -65,13 +65,18 @@ def evaluate_batch(plan: Plan, rows: Sequence[Row], watch: Progress | None = Non
 class Pool(ABC):
     """Workers that take batches."""
 
-    workers: int
-    """How many batches they work on at a time."""
+    def __init__(self, workers: int) -> None:
+        self._workers = workers
+
+    def workers(self) -> int:
+        """Count the batches that they work on at a time."""
+        return self._workers
 
     @abstractmethod
     def submit(self, rows: Sequence[Row]) -> Future[Batch]:
         """Hand over a batch."""
 
+    @abstractmethod
     def close(self) -> None:
         """Let go; batches that may still be running are no longer wanted."""
 
@@ -117,7 +122,7 @@ def dispatch(
     start, seconds = 0, math.inf
     try:
         while start < len(points) or waiting:
-            workers = pool.workers
+            workers = pool.workers()
             while start < len(points) and len(waiting) < 2 * workers:
                 size = _batch_size(seconds, len(points) - start, workers)
                 taken = points[start : start + size]
@@ -194,7 +199,7 @@ class Shared(Pool):
     """An executor whose threads share the plan with us."""
 
     def __init__(self, plan: Plan, executor: ThreadPoolExecutor, workers: int) -> None:
-        self.workers = workers
+        super().__init__(workers)
         self._plan, self._executor, self._stop = plan, executor, Event()
 
     def submit(self, rows: Sequence[Row]) -> Future[Batch]:
@@ -258,12 +263,15 @@ class Sent(Pool):
     """An executor of processes, or one that we know nothing of."""
 
     def __init__(self, parcel: Parcel, executor: Executor, workers: int) -> None:
-        self.workers = workers
+        super().__init__(workers)
         self._parcel, self._executor = parcel, executor
 
     def submit(self, rows: Sequence[Row]) -> Future[Batch]:
         """Hand over a batch with the plan packed."""
         return self._executor.submit(_evaluate_parcel, self._parcel, rows)
+
+    def close(self) -> None:
+        """Leave the executor as it is; it is not ours."""
 
 
 def _deliver(plan: Plan) -> Plan:
@@ -284,20 +292,18 @@ class Cluster(Pool):
     def __init__(self, plan: Plan, client: Any, workers: int | None) -> None:
         if client.asynchronous:
             raise ValueError("the Client is asynchronous: a sweep needs one that waits")
-        self._client, self._fixed = client, workers
+        super().__init__(workers or 0)
+        self._client = client
         self._executor = client.get_executor(pure=False, retries=2)
         self._plan = client.submit(_deliver, plan, pure=False)
-        self._known, self._until = 0, -math.inf
+        self._until = -math.inf if workers is None else math.inf
 
-    @property
-    def workers(self) -> int:  # type: ignore[override]
-        """Threads of the cluster at present; one that grows with its work needs some to see."""
-        if self._fixed is not None:
-            return self._fixed
+    def workers(self) -> int:
+        """Count the threads at present; a cluster that grows with its work needs some to see."""
         if time.monotonic() > self._until:
-            self._known = max(4, sum(self._client.nthreads().values()))
+            self._workers = max(4, sum(self._client.nthreads().values()))
             self._until = time.monotonic() + CAPACITY_AGE
-        return self._known
+        return self._workers
 
     def submit(self, rows: Sequence[Row]) -> Future[Batch]:
         """Hand over a batch as bytes: Dask would look for keys of its own among the values."""

@@ -173,7 +173,9 @@ def changed_part(base: Scenario, part: str, changes: Changes) -> Any:
 
 
 def _road(road: Road, changes: Changes) -> Road:
-    """Build the road anew, so that nothing which pavements cache is shared with the base."""
+    """Build the road anew: what its pavements keep, and warn of once, is not the base's."""
+    if not isinstance(road, Road):
+        return road  # the scenario says what is wrong
     inner = dict(changes)
     length = inner.pop("length", None)
     if length is not None and len(road.sections) > 1:
@@ -188,10 +190,15 @@ def _road(road: Road, changes: Changes) -> Road:
         )
         for section in road.sections
     ]
-    return road.model_copy(update={"sections": sections, "ends": ends})
+    made = road.model_copy(update={"sections": sections, "ends": ends})
+    for section in made.sections:
+        _ = section.pavement.reference_modulus
+    return made
 
 
 def _pavement(pavement: Pavement, changes: Changes) -> Pavement:
+    if not isinstance(pavement, Pavement):
+        return pavement
     own = _within("pavement", changes)
     asphalt = own.get("asphalt", pavement.asphalt)
     if mix := _within("asphalt", own):

@@ -112,12 +112,7 @@ class Plan:
     def _part(self, part: str, changes: Changes, row: Row) -> tuple[Any, list[str]]:
         def make() -> tuple[Any, list[str]]:
             with listening() as heard:
-                made = changed_part(self.base, part, changes)
-                if part == "road":
-                    # A pavement keeps it; what it warns of is of all points, not of the first.
-                    for section in made.sections:
-                        _ = section.pavement.reference_modulus
-            return made, heard
+                return changed_part(self.base, part, changes), heard
 
         key = self._key(row, lambda item: item.part == part)
         return self.memory.parts.get((part, key), 1, make)
@@ -136,7 +131,7 @@ class Plan:
                 files=self.files,
                 forces_of=partial(self._forces, row),
             )
-        return result, said + heard
+        return result, [*dict.fromkeys(said + heard)]
 
     def _forces(self, row: Row, scenario: Scenario, report: Progress | None) -> TireForces:
         key = self._key(row, _shapes_forces)

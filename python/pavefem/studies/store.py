@@ -155,12 +155,13 @@ def _checksum(body: bytes) -> str:
 
 def _identity(plan: Plan, axes: Mapping[str, Any]) -> dict[str, str]:
     """Digests of all that the answers of a study depend on, by what it is."""
+    free = any(output.keep is None for output in plan.outputs)
     parts = {
         "pavefem": version("pavefem"),
         "base": (plan.base, plan.base.profile),
         "vehicle": plan.call and (plan.call.function, dict(plan.call.arguments)),
         "outputs": [(output.name, output.function) for output in plan.outputs],
-        "histories": (plan.keep, plan.stations),
+        "histories": (plan.keep, plan.stations) if free else None,
         "fields": [item.path for item in plan.fields],
     }
     return {name: fingerprint(part) for name, part in (parts | dict(axes)).items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from concurrent.futures import Executor
 from importlib.metadata import version
 from itertools import product
@@ -156,7 +156,7 @@ class _Axis(NamedTuple):
 
 def _axis(name: str, given: Any) -> _Axis:
     """Read the values of a field: numbers, words, truth values, or objects."""
-    if isinstance(given, str | bytes | Mapping | Model) or not hasattr(given, "__iter__"):
+    if isinstance(given, str | bytes | Mapping | Model | Set) or not hasattr(given, "__iter__"):
         raise ValueError(
             f"{name} = {given!r}: must be a list of values; a single one is the base's"
         )
@@ -171,7 +171,8 @@ def _axis(name: str, given: Any) -> _Axis:
     wrong = [value for value in values if isinstance(value, float) and not math.isfinite(value)]
     if wrong:
         raise ValueError(f"{name} has {wrong[0]}: must be finite")
-    return _Axis(values, None, values)
+    entries = [value if isinstance(value, str | int) else float(value) for value in values]
+    return _Axis(entries, None, entries)
 
 
 def _are_numbers(values: Sequence[Any]) -> bool:
@@ -204,15 +205,15 @@ def _check_names(plan: Plan) -> None:
 
 def _warn(found: Answers) -> None:
     """Say once, for all points, what their variables say of each."""
-    for messages, what, kind in (
-        (found.errors, "failed: error", UserWarning),
-        (found.warnings, "use a law outside its range: warning", ValidityWarning),
+    for name, messages, what, kind in (
+        ("error", found.errors, "failed", UserWarning),
+        ("warning", found.warnings, "use a law outside its range", ValidityWarning),
     ):
         said = [message for message in messages if message]
         if said:
             warnings.warn(
-                f"{len(said)} of {len(messages)} points {what} of the sweep says why, "
-                f"as in {said[0]!r}",
+                f"{len(said)} of {len(messages)} points {what}; the variable {name} says why, "
+                f"first {said[0]!r}",
                 kind,
                 stacklevel=3,
             )
