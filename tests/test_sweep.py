@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ import xarray as xr
 
 import pavefem as pf
 from pavefem.simulate import forces_on_road
-from pavefem.studies import evaluate, executors, fields, points, store
+from pavefem.studies import evaluate, executors, fields, points, store, work
 from pavefem.studies.points import plan_of
 
 WINDOW = pf.Scheme.paper(solver="window")
@@ -140,6 +141,13 @@ def test_all_fields_can_be_swept_at_once(base: pf.Scenario, expected: xr.Dataset
     assert point["rebound"] == run.rebound
     assert point["max_force_2"] == run.axles.highest[1]
     assert point["dlc"] == pytest.approx(pf.metrics.dlc(run).max().item(), rel=1e-12)
+
+
+def test_the_nominal_case_has_the_numbers_of_the_model() -> None:
+    """The paper's truck on its road: deflections to nine digits, from an independent program."""
+    found = pf.sweep({}, speed_kmh=[65.0], outputs=["max_deflection", "mid_deflection"])
+    assert found["max_deflection"].item() == pytest.approx(0.661134721e-3, rel=2e-9)
+    assert found["mid_deflection"].item() == pytest.approx(0.643594386e-3, rel=2e-9)
 
 
 def test_a_sweep_says_what_it_is_of(base: pf.Scenario, expected: xr.Dataset) -> None:
@@ -833,6 +841,49 @@ def test_a_broken_executor_says_so(base: pf.Scenario) -> None:
     executor.shutdown()
     with pytest.raises(pf.SweepError, match="0 of 2 points were done, and are lost"):
         pf.sweep(base, vma=[20.0, 25.0], executor=executor)
+
+
+class Failing(Executor):
+    """Cancels what is handed over, as a cluster that goes away does, but for one batch."""
+
+    def __init__(self) -> None:
+        self.done = 0
+
+    def submit(self, function: Any, /, *arguments: Any, **options: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        if self.done == 0:
+            future.set_result(function(*arguments))
+        else:
+            future.cancel()
+            future.set_running_or_notify_cancel()
+        self.done += 1
+        return future
+
+
+def test_what_is_done_when_an_executor_gives_up_is_kept(
+    base: pf.Scenario, evaluated: list[points.Row], tmp_path: Path
+) -> None:
+    given: dict[str, Any] = {"vma": [20.0, 22.0, 25.0], "store": tmp_path}
+    with pytest.raises(pf.SweepError, match="CancelledError; 1 of 3 points were done, and are kep"):
+        pf.sweep(base, **given, executor=Failing(), workers=1)
+    evaluated.clear()
+    xr.testing.assert_identical(pf.sweep(base, **given), pf.sweep(base, vma=given["vma"]))
+    assert len(evaluated) == 2 + 3
+
+
+def test_progress_counts_points(
+    base: pf.Scenario, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    told: list[tuple[bool, int, int]] = []
+
+    @contextmanager
+    def bar(show: bool, _: str) -> Iterator[Callable[[int, int], None]]:
+        yield lambda done, total: told.append((show, done, total))
+
+    monkeypatch.setattr(work, "progress_bar", bar)
+    pf.sweep(base, temperature_c=[20.0, 21.0, 22.0], progress=True, workers=1)
+    done = [count for _, count, _ in told]
+    assert done == sorted(done) and told[-1] == (True, 3, 3) and len(told) == 3
 
 
 def test_what_cannot_be_sent_is_refused(base: pf.Scenario) -> None:

@@ -87,7 +87,7 @@ def evaluate(
     >>> points = [[20.0, 1.3], [30.0, 1.3], [70.0, 1.3]]
     >>> found = evaluate(base, ["temperature_c", "axle_spacing"], points, "max_deflection")
     >>> (found.values.ravel() * 1e3).round(3)
-    array([0.661, 1.   ,   nan])
+    array([0.661, 1.355,   nan])
     >>> found.errors[2]
     'ValueError: temperature_c = 70.0 degC: must be below the softening point, 60 degC'
     """
