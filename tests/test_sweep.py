@@ -455,13 +455,31 @@ def test_tire_forces_are_shared_where_only_the_pavement_differs(
     assert counted == {"forces": 9, "vehicles": 3}  # speeds times spacings, and spacings
 
 
+def test_a_function_cannot_spoil_what_is_shared(base: pf.Scenario) -> None:
+    def spoil(result: pf.Result) -> float:
+        assert result.forces is not None
+        result.forces.force[:] = 0.0
+        return 0.0
+
+    with pytest.warns(UserWarning, match="2 of 2 points failed"):
+        found = pf.sweep(base, vma=[20.0, 25.0], outputs=spoil)
+    assert "read-only" in found["error"][0].item()
+
+
 @pytest.mark.parametrize(
     ("name", "values", "times"),
     [
+        ("temperature_c", [10.0, 20.0], 1),
+        ("asphalt", [pf.Asphalt(vma=20.0), pf.Asphalt()], 1),
         ("bar_mass", [100.0, 200.0], 1),
+        ("ends", ["free", "pinned"], 1),
         ("element_length", [0.5, 0.25], 1),
         ("foundation", ["bars", "winkler"], 1),
         ("dt", [1e-3, 2e-3], 2),
+        ("speed_kmh", [50.0, 60.0], 2),
+        ("payload", [5e3, 6e3], 2),
+        ("interpolation", ["linear", "staircase"], 2),
+        ("scheme", ["converged", WINDOW], 2),
         ("length", [20.0, 25.0], 2),
         ("iri", [2.0, 3.0], 2),
         ("run_in", [15.0, 20.0], 2),
@@ -473,9 +491,9 @@ def test_what_tire_forces_depend_on(
 ) -> None:
     found = swept(base, name, values, workers=1)
     assert counted["forces"] == times
-    for value in values:
+    for number, value in enumerate(values):
         alone = swept(base, name, [value])
-        assert alone["max_deflection"].item() == found["max_deflection"].sel({name: value})
+        assert alone["max_deflection"].item() == found["max_deflection"][number].item()
 
 
 def test_dense_matrices_are_shared_where_only_the_vehicle_differs(

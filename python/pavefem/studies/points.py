@@ -29,9 +29,13 @@ MOST_FILES: Final = 256
 """Transition matrices of a study that go to the cache folder; a larger study keeps the latest of
 them in memory only (the paper's take 0.6 MB each)."""
 
-_OF_FORCES: Final = ("vehicle", "profile", "speed_kmh", "run_in", "interpolation", "lift_off")
-_OF_LENGTH: Final = ("road", "road.length", "scheme", "scheme.dt")
-_OF_MATRIX: Final = ("road", "scheme", "speed_kmh", "temperature_c")
+_OF_PAVEMENT: Final = (
+    "temperature_c",
+    "road.pavement",
+    "road.ends",
+    *(f"scheme.{name}" for name in ("foundation", "element_length", "weights", "hold", "solver")),
+)
+"""Fields, and parts with their fields, that tire forces do not depend on."""
 
 
 class Outcome(NamedTuple):
@@ -45,7 +49,7 @@ class Outcome(NamedTuple):
     """Which laws it uses outside their range, or ""."""
 
 
-class Memory:
+class _Memory:
     """What points of one process share: parts of scenarios, and tire forces."""
 
     def __init__(self) -> None:
@@ -84,13 +88,13 @@ class Plan:
     cache: bool
     files: bool
     call: Call | None
-    memory: Memory = field(default_factory=Memory)
+    memory: _Memory = field(default_factory=_Memory)
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "memory"}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        vars(self).update(state, memory=Memory())
+        vars(self).update(state, memory=_Memory())
         if self.call is not None:
             self.base.vehicle.remember(self.call)
 
@@ -134,10 +138,13 @@ class Plan:
         return result, [*dict.fromkeys(said + heard)]
 
     def _forces(self, row: Row, scenario: Scenario, report: Progress | None) -> TireForces:
-        key = self._key(row, _shapes_forces)
-        return self.memory.forces.get(
-            key, _size(scenario), lambda: forces_on_road(scenario, report)
-        )
+        def make() -> TireForces:
+            forces = forces_on_road(scenario, report)
+            for shared in (forces.time, forces.position, forces.force, forces.static_loads):
+                shared.setflags(write=False)  # a function of the user's might
+            return forces
+
+        return self.memory.forces.get(self._key(row, _shapes_forces), _size(scenario), make)
 
     def _key(self, row: Row, is_of: Callable[[Field], bool]) -> Row:
         """Values of a point in some of the fields."""
@@ -205,11 +212,11 @@ def _size(scenario: Scenario) -> int:
 
 
 def _shapes_forces(item: Field) -> bool:
-    return item.part in _OF_FORCES or item.path in _OF_LENGTH
+    return not any(f"{item.path}.".startswith(f"{path}.") for path in _OF_PAVEMENT)
 
 
 def _shapes_matrix(item: Field) -> bool:
-    return item.part in _OF_MATRIX
+    return item.part in ("road", "scheme", "speed_kmh", "temperature_c")
 
 
 def _told(error: Exception) -> str:
