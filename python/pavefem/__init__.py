@@ -21,7 +21,7 @@ from importlib.metadata import version
 
 from pavefem import analytical, metrics, roughness, studies, vehicles
 from pavefem.asphalt import Asphalt
-from pavefem.errors import FormatError, PavefemError, SolverError, ValidityWarning
+from pavefem.errors import FormatError, PavefemError, SolverError, SweepError, ValidityWarning
 from pavefem.fleet import fleet_forces
 from pavefem.forces import LiftOff, TireForces, tire_forces
 from pavefem.formats import read_profile
@@ -32,6 +32,7 @@ from pavefem.road import Road, Section
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
 from pavefem.simulate import run, simulate
+from pavefem.studies import sweep
 from pavefem.transition import transition
 from pavefem.units import AxleGroup, Suspension, Tires, Unit
 from pavefem.vehicle import Body, Friction, Spring, Tire, Vehicle
@@ -56,6 +57,7 @@ __all__ = [
     "SolverError",
     "Spring",
     "Suspension",
+    "SweepError",
     "Tire",
     "TireForces",
     "Tires",
@@ -71,6 +73,7 @@ __all__ = [
     "run",
     "simulate",
     "studies",
+    "sweep",
     "tire_forces",
     "transition",
     "vehicles",

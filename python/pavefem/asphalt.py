@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Annotated, Final
 
 import numpy as np
@@ -11,7 +10,7 @@ from pydantic import Field
 
 from pavefem import _core
 from pavefem._model import Model, Number, VoidsPercent
-from pavefem.errors import ValidityWarning
+from pavefem._validity import warn_validity
 
 TIRE_PRINT: Final = _core.TIRE_PRINT
 """Length of a tire print, m: at speed v a point is loaded for 0.3 / v seconds."""
@@ -147,9 +146,8 @@ def _warn(
         return
     worst = np.ravel(value)[np.argmax(outside)]
     limits = f"above {low:g}" if np.isinf(high) else f"{low:g} to {high:g}"
-    warnings.warn(
+    warn_validity(
         f"{name} {worst:.4g} {unit}".rstrip()
         + f" is outside the range of the stiffness formulas, {limits} {unit}".rstrip(),
-        ValidityWarning,
         stacklevel=4,
     )

@@ -13,6 +13,10 @@ class SolverError(PavefemError, RuntimeError):
     """The numerics failed: a singular matrix, or a response that is no longer finite."""
 
 
+class SweepError(PavefemError, RuntimeError):
+    """The workers of a sweep are gone, or a cluster gave up; what was kept, the message says."""
+
+
 class FormatError(PavefemError, ValueError):
     """A file does not hold what its format, or the options given with it, call for.
 

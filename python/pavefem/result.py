@@ -89,6 +89,20 @@ class Result:
         return self.histories.get("deflection")
 
     @property
+    def mid_deflection(self) -> float:
+        """Magnitude of the lowest deflection of the node nearest to mid-length, m."""
+        return max(0.0, -float(self.lowest[self._middle]))
+
+    @property
+    def rebound(self) -> float:
+        """Highest deflection of any node at any time, m."""
+        return float(self.highest.max())
+
+    @property
+    def _middle(self) -> int:
+        return int(np.abs(self.x - self.scenario.road.length / 2.0).argmin())
+
+    @property
     def places(self) -> NDArray[np.float64]:
         """Places of the histories, m: the stations, or the nodes."""
         return self.x if self.stations is None else self.stations
@@ -213,7 +227,6 @@ class Result:
         """Return the figures an engineer looks at first, as text with units, by what they are."""
         scenario, mm = self.scenario, 1e3
         worst = int(self.lowest.argmin())
-        middle = int(np.abs(self.x - scenario.road.length / 2.0).argmin())
         figures = {
             "vehicle": f"{scenario.vehicle.name}, {scenario.vehicle.total_mass / 1e3:.1f} t",
             "speed": f"{scenario.speed_kmh:g} km/h",
@@ -225,9 +238,9 @@ class Result:
                 f"t = {self.time_of_lowest[worst]:.3f} s"
             ),
             "largest deflection at mid-length": (
-                f"{-self.lowest[middle] * mm:.4f} mm at x = {self.x[middle]:g} m"
+                f"{self.mid_deflection * mm:.4f} mm at x = {self.x[self._middle]:g} m"
             ),
-            "largest rebound": f"{self.highest.max() * mm:.4f} mm",
+            "largest rebound": f"{self.rebound * mm:.4f} mm",
         }
         axles = self.axles
         rows = zip(axles.static_loads, axles.lowest, axles.highest, strict=True)

@@ -14,7 +14,6 @@ Kamash and Robson, "The application of isotropy in road surface modelling", Jour
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final, Literal
@@ -24,7 +23,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from pavefem import _core
-from pavefem.errors import ValidityWarning
+from pavefem._validity import warn_validity
 from pavefem.profile import ISO8608_CENTRES, ISO8608_N0, UNIFORM_TOLERANCE, Profile
 
 # scipy.signal and scipy.special take longer to import than all of pavefem: where they are needed.
@@ -538,4 +537,4 @@ def _check_length(name: str, value: float, low: float, high: float, profile: Pro
 
 
 def _warn(message: str) -> None:
-    warnings.warn(message, ValidityWarning, stacklevel=3)
+    warn_validity(message, stacklevel=3)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import partial
 from typing import Final, Literal
 
 import numpy as np
@@ -137,7 +139,33 @@ def run(
     """Run a scenario; see `simulate`."""
     if not isinstance(scenario, Scenario):
         raise ValueError(f"scenario is a {type(scenario).__name__}: must be a Scenario")
-    quantities = _check_keep(keep)
+    return answer(
+        scenario,
+        keep=keep,
+        every=every,
+        stations=stations,
+        cache=cache,
+        bar=partial(progress_bar, progress),
+    )
+
+
+def answer(
+    scenario: Scenario,
+    *,
+    keep: Keep,
+    every: int,
+    stations: Sequence[float] | None,
+    cache: bool,
+    bar: Callable[[str], AbstractContextManager[Progress | None]],
+    files: bool = True,
+    forces_of: Callable[[Scenario, Progress | None], TireForces] | None = None,
+) -> Result:
+    """Run a scenario, as `run`.
+
+    `bar` gives what each of the two parts of the work reports to; without `files`, transition
+    matrices are kept in memory only; `forces_of` finds the tire forces, if somebody has them.
+    """
+    quantities = check_keep(keep)
     every = whole_number("every", every)
     places = np.asarray([] if stations is None else stations, dtype=np.float64)
     if places.ndim != 1 or (stations is not None and places.size == 0):
@@ -155,10 +183,10 @@ def run(
         )
     _check_size(scenario, len(core_names(along)), places.size, every, stations is None)
     kept = (core_names(along), bool(along) and stations is None, places, every)
-    stepper, x = _stepper(scenario, kept, cache)
-    with progress_bar(progress, "vehicle") as report:
-        forces = _forces_on_road(scenario, report)
-    with progress_bar(progress, "pavement") as report:
+    stepper, x = _stepper(scenario, kept, cache, files)
+    with bar("vehicle") as report:
+        forces = (forces_of or forces_on_road)(scenario, report)
+    with bar("pavement") as report:
         history, lowest, highest, step, passes = stepper.run(forces.position, forces.force, report)
     return Result(
         scenario=scenario,
@@ -198,7 +226,8 @@ def _check_size(
         )
 
 
-def _check_keep(keep: Keep) -> Sequence[Quantity | Literal["tire_force"]]:
+def check_keep(keep: Keep) -> Sequence[Quantity | Literal["tire_force"]]:
+    """Return the histories that `keep` stands for, or raise a ValueError."""
     known = [*QUANTITIES, "tire_force"]
     if not isinstance(keep, str) and isinstance(keep, Iterable):
         quantities = tuple(keep)
@@ -210,7 +239,7 @@ def _check_keep(keep: Keep) -> Sequence[Quantity | Literal["tire_force"]]:
 
 
 def _stepper(
-    scenario: Scenario, kept: tuple[list[str], bool, np.ndarray, int], cache: bool
+    scenario: Scenario, kept: tuple[list[str], bool, np.ndarray, int], cache: bool, files: bool
 ) -> tuple[_core.Stepper | _core.Window, np.ndarray]:
     """Prepare the road for stepping, or take what a run before has prepared; and its nodes."""
     road, scheme = scenario.road, scenario.scheme
@@ -226,7 +255,7 @@ def _stepper(
     def make() -> _core.Stepper:
         response = (
             transition(key, strip, scheme.dt)
-            if cache
+            if cache and files
             else _core.Transition.of_strip(strip, scheme.dt)
         )
         return _core.Stepper(strip, response, scheme.weights, scheme.hold, kept)
@@ -240,7 +269,7 @@ def _stepper(
     return _STEPPERS.get(whole, size, make), x
 
 
-def _forces_on_road(scenario: Scenario, report: Progress | None) -> TireForces:
+def forces_on_road(scenario: Scenario, report: Progress | None) -> TireForces:
     """Tire forces from the front axle at x = 0 until the last axle leaves the road."""
     forces = tire_forces(
         scenario.vehicle,

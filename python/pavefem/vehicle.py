@@ -20,6 +20,8 @@ from pavefem._tables import read_toml, told_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pavefem.vehicles.builder import Call
+
 
 class Body(Model):
     """A rigid body in the pitch plane.
@@ -261,6 +263,18 @@ class Vehicle(Model):
             name = self.bodies[i].name if kind == "body" else self.tires[i].body
             verb = "is" if kind == "body" else "carries"
             raise ValueError(f"{error}; {kind} {i} {verb} {name!r}") from None
+
+    @property
+    def made_by(self) -> Call | None:
+        """The call that made it, if a function of `pavefem.vehicles` or a `vehicles.builder` did.
+
+        It is no part of the vehicle: copies, files and other processes do not have it.
+        """
+        return self.__dict__.get("_made_by")
+
+    def remember(self, call: Call) -> None:
+        """Take note of the call that made it, once it is made."""
+        self.__dict__["_made_by"] = call
 
     def __repr__(self) -> str:
         return (

@@ -13,6 +13,7 @@ from pydantic import BeforeValidator
 from pavefem._tables import make
 from pavefem.units import from_units
 from pavefem.vehicle import Vehicle
+from pavefem.vehicles.builder import builder
 from pavefem.vehicles.paper import tandem_truck
 from pavefem.vehicles.presets import (
     b_double,
@@ -26,6 +27,7 @@ from pavefem.vehicles.records import from_axles
 __all__ = [
     "PRESETS",
     "b_double",
+    "builder",
     "from_axles",
     "from_units",
     "named",

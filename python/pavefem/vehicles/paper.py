@@ -9,6 +9,7 @@ from pydantic import Field
 from pavefem._core import GRAVITY
 from pavefem._model import NotNegative, Number, Positive, checked
 from pavefem.vehicle import Body, Spring, Tire, Vehicle
+from pavefem.vehicles.builder import builder
 
 STATIC_LOADS: Final = (38_925.0, 76_335.0, 80_938.0)
 """Static axle loads of the paper's truck at the nominal payload, N."""
@@ -23,6 +24,7 @@ SpringAndDamper = tuple[Positive, NotNegative]
 """Stiffness, N/m, and damping, N s/m."""
 
 
+@builder
 @checked
 def tandem_truck(
     *,

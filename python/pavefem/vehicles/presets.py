@@ -9,6 +9,7 @@ from __future__ import annotations
 from pavefem._core import GRAVITY
 from pavefem._model import NotNegative, Positive, checked
 from pavefem.vehicle import Body, Vehicle
+from pavefem.vehicles.builder import builder
 from pavefem.vehicles.running_gear import (
     DRIVE,
     STEER,
@@ -23,6 +24,7 @@ from pavefem.vehicles.running_gear import (
 )
 
 
+@builder
 @checked
 def quarter_car(
     *,
@@ -83,6 +85,7 @@ def quarter_car(
     )
 
 
+@builder
 @checked
 def rigid_truck(
     *,
@@ -138,6 +141,7 @@ def rigid_truck(
     return options.finish("2-axle truck", [truck])
 
 
+@builder
 @checked
 def semitrailer(
     *,
@@ -198,6 +202,7 @@ def semitrailer(
     return options.finish("5-axle tractor-semitrailer", [tractor, trailer])
 
 
+@builder
 @checked
 def tridem_semitrailer(
     *,
@@ -254,6 +259,7 @@ def tridem_semitrailer(
     return options.finish("6-axle tractor-semitrailer", [tractor, trailer])
 
 
+@builder
 @checked
 def b_double(
     *,

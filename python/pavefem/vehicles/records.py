@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from typing import Final, NamedTuple, get_args
 
@@ -10,9 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pavefem._core import GRAVITY
-from pavefem.errors import ValidityWarning
+from pavefem._validity import warn_validity
 from pavefem.units import AxleGroup, Unit, from_units, part_groups
 from pavefem.vehicle import Vehicle
+from pavefem.vehicles.builder import builder
 from pavefem.vehicles.running_gear import AIR_HEIGHT, DRIVE, STEER, TRAILER, Kind, RunningGear, air
 
 PIN_PLACE: Final = 0.9
@@ -30,6 +30,7 @@ GYRATION: Final = 1.0 / 3.0
 """Radius of gyration of a unit as a part of the distance between its supports."""
 
 
+@builder
 def from_axles(
     weights: ArrayLike,
     spacings: ArrayLike,
@@ -99,11 +100,10 @@ def from_axles(
             f"spacings reach {gaps.max():g} m: must be at most {WIDEST_GAP:g} m (they are in m)"
         )
     if not LIGHTEST <= loads.max() <= HEAVIEST:
-        warnings.warn(
+        warn_validity(
             f"the heaviest axle weighs {loads.max():g} N: weights are in N, and that of a heavy "
             f"vehicle has {LIGHTEST:g} to {HEAVIEST:g} N",
-            ValidityWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
     if gaps.size != loads.size - 1:
         raise ValueError(
