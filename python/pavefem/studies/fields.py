@@ -40,6 +40,7 @@ UNITS: Final[Mapping[str, str]] = MappingProxyType(
         "penetration_index": "1",
         "moment_of_inertia": "m⁴",
         "spacing": "m",
+        "thickness": "m",
         "element_mass": "kg",
         "beam_damping": "N s/m",
         "bar_mass": "kg",
