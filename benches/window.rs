@@ -1,4 +1,5 @@
-//! The moving window: the paper's case, and what a vehicle-second costs on roads of 25 m to 100 km.
+//! The moving window: the paper's case, and what a vehicle-second costs by mesh and on roads of 25 m to
+//! 100 km.
 //!
 //! `cargo bench -p pavefem-core --bench window`. Each time stands beside the error of the same run.
 
@@ -127,12 +128,33 @@ fn road_lengths(lengths: &[f64]) {
     }
 }
 
+/// What a finer mesh costs, and what it leaves of the error.
+fn meshes(sizes: &[f64]) {
+    let (length, seconds) = (500.0, 500.0 / SPEED);
+    let run = |h: f64| windowed(length, (h, CONVERGED.1, CONVERGED.2), DT);
+    // Elements this short leave no error beside those above them.
+    let fine = largest(&run(1.0 / 32.0)());
+    for &h in sizes {
+        let work = run(h);
+        let taken = fastest(5, &work);
+        println!(
+            "elements of {h:>6} m: {:.3} ms a vehicle-second, {:.3} us an element of it; largest \
+             deflection {:+.3} %",
+            1e3 * taken / seconds,
+            1e6 * taken / seconds / (length / h),
+            100.0 * (largest(&work()) / fine - 1.0),
+        );
+    }
+}
+
 fn main() {
     // Not when tests only ask whether the bench runs.
     if std::env::args().any(|argument| argument == "--bench") {
         paper_case();
+        meshes(&[0.5, 0.25, 0.125, 0.0625]);
         road_lengths(&[25.0, 250.0, 2.5e3, 25e3, 100e3]);
     } else {
+        meshes(&[0.5]);
         road_lengths(&[25.0, 250.0, 500.0]);
     }
 }
