@@ -3,6 +3,7 @@
 Figures are made without touching the current one; ``figure.savefig(path)`` writes them.
 """
 
+from pavefem.plotting.calibration import plot_calibration
 from pavefem.plotting.metrics import plot_aggregate_force, plot_dlc, plot_spatial_repeatability
 from pavefem.plotting.profile import plot_iri, plot_profile, plot_psd
 from pavefem.plotting.result import (
@@ -20,6 +21,7 @@ __all__ = [
     "draw_history",
     "draw_worst_instant",
     "plot_aggregate_force",
+    "plot_calibration",
     "plot_dlc",
     "plot_iri",
     "plot_profile",

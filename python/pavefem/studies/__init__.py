@@ -1,7 +1,9 @@
-"""Studies: many scenarios that differ in chosen fields; the paper reproduced, and its measures."""
+"""Studies: many scenarios that differ in chosen fields, and what their runs answer."""
 
 from __future__ import annotations
 
+from pavefem.studies.calibration import Calibration, calibrate
+from pavefem.studies.measurements import DeflectionHistory, ForceDeflection
 from pavefem.studies.paper import Reproduction, reproduce_paper
 from pavefem.studies.sensitivity import paper_sensitivity
 from pavefem.studies.sweep import sweep
@@ -9,7 +11,11 @@ from pavefem.studies.work import Answers, evaluate
 
 __all__ = [
     "Answers",
+    "Calibration",
+    "DeflectionHistory",
+    "ForceDeflection",
     "Reproduction",
+    "calibrate",
     "evaluate",
     "paper_sensitivity",
     "reproduce_paper",
