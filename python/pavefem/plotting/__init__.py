@@ -13,6 +13,7 @@ from pavefem.plotting.result import (
     draw_worst_instant,
     plot_result,
 )
+from pavefem.plotting.sensitivity import plot_morris, plot_sobol, plot_tornado
 from pavefem.plotting.vehicle import plot_vehicle
 
 __all__ = [
@@ -24,9 +25,12 @@ __all__ = [
     "plot_calibration",
     "plot_dlc",
     "plot_iri",
+    "plot_morris",
     "plot_profile",
     "plot_psd",
     "plot_result",
+    "plot_sobol",
     "plot_spatial_repeatability",
+    "plot_tornado",
     "plot_vehicle",
 ]

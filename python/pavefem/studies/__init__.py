@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pavefem.studies.calibration import Calibration, calibrate
+from pavefem.studies.global_sensitivity import morris, sobol, tornado
 from pavefem.studies.measurements import DeflectionHistory, ForceDeflection
 from pavefem.studies.paper import Reproduction, reproduce_paper
 from pavefem.studies.sensitivity import paper_sensitivity
@@ -17,7 +18,10 @@ __all__ = [
     "Reproduction",
     "calibrate",
     "evaluate",
+    "morris",
     "paper_sensitivity",
     "reproduce_paper",
+    "sobol",
     "sweep",
+    "tornado",
 ]
