@@ -43,6 +43,7 @@ bench: $(DONE)-package $(DONE)-test $(DONE)-peers ## our own benches, then the s
 	cargo bench $(LOCKED)
 	$(PY) benches/peers.py
 	$(PY) benches/fleet.py
+	$(PY) benches/sobol.py
 
 lint: $(DONE)-package $(DONE)-test $(DONE)-lint ## formatting, lints, types, and the stub against the binary
 	cargo fmt --all --check

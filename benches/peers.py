@@ -197,16 +197,20 @@ def transition(case: Case) -> tuple[Array, Array]:
     return phi, gamma
 
 
-def nodal_loads(case: Case, times: Array) -> Array:
-    """Loads (time, free node), up positive: linear weights of Fig. 6, clamped shares dropped."""
+def nodal_loads(case: Case, times: Array, forces: Array | None = None) -> Array:
+    """Loads (time, free node), up positive: linear weights of Fig. 6, clamped shares dropped.
+
+    `forces` (time, axle) are those of the case if not given.
+    """
     position = (case.speed * times[:, None] - np.array(case.axle_offsets)) / case.h
     left = np.floor(position).astype(np.int64)
     share = position - left
     row = np.arange(len(times))
     loads = np.zeros((len(times), case.elements + 1))
-    for axle, force in enumerate(case.axle_forces):
+    forces = np.broadcast_to(case.axle_forces if forces is None else forces, left.shape)
+    for axle in range(left.shape[1]):
         on = (left[:, axle] >= 0) & (left[:, axle] < case.elements)
-        i, j, s = row[on], left[on, axle], share[on, axle]
+        i, j, s, force = row[on], left[on, axle], share[on, axle], forces[on, axle]
         # One axle touches an entry once a step, so a plain indexed += loses nothing.
         loads[i, j] -= (1 - s) * force
         loads[i, j + 1] -= s * force
@@ -216,14 +220,15 @@ def nodal_loads(case: Case, times: Array) -> Array:
 # ------------------------------------------------------------------------------- numpy and scipy
 
 
-def numpy_loop(case: Case, phi: Array, gamma_t: Array) -> Array:
+def numpy_loop(case: Case, phi: Array, gamma_t: Array, forces: Array | None = None) -> Array:
     """y_k+1 = Phi y_k + Gamma f_k (eq. 12).
 
     Gamma f of all steps is one matrix product, taken before the loop; the loop turns its rows
     into the states in place, and the envelope is one reduction after it. That beats indexing
     Gamma and calling np.minimum in every step (9.5 ms against 15 ms where this was written).
     """
-    states = nodal_loads(case, case.dt * np.arange(case.steps, dtype=np.float64)) @ gamma_t
+    times = case.dt * np.arange(case.steps, dtype=np.float64)
+    states = nodal_loads(case, times, forces) @ gamma_t
     y = np.zeros(len(phi))
     dot = phi.dot
     for state in states:
@@ -232,14 +237,16 @@ def numpy_loop(case: Case, phi: Array, gamma_t: Array) -> Array:
     return np.minimum(states[:, : case.nodes].min(axis=0), 0.0)
 
 
-def numpy_case(case: Case) -> tuple[Run, Run]:
-    def prepare() -> tuple[Array, Array]:
-        phi, gamma = transition(case)
-        # Column-major Phi: OpenBLAS' gemv is faster that way at this size.
-        return np.asfortranarray(phi), np.ascontiguousarray(gamma.T)
+def numpy_matrices(case: Case) -> tuple[Array, Array]:
+    """Phi and the transpose of Gamma, laid out for `numpy_loop`."""
+    phi, gamma = transition(case)
+    # Column-major Phi: OpenBLAS' gemv is faster that way at this size.
+    return np.asfortranarray(phi), np.ascontiguousarray(gamma.T)
 
-    ready = prepare()
-    return lambda: numpy_loop(case, *prepare()), lambda: numpy_loop(case, *ready)
+
+def numpy_case(case: Case) -> tuple[Run, Run]:
+    ready = numpy_matrices(case)
+    return lambda: numpy_loop(case, *numpy_matrices(case)), lambda: numpy_loop(case, *ready)
 
 
 # ----------------------------------------------------------------------------------------- numba

@@ -21,7 +21,14 @@ from importlib.metadata import version
 
 from pavefem import analytical, metrics, roughness, studies, vehicles
 from pavefem.asphalt import Asphalt
-from pavefem.errors import FormatError, PavefemError, SolverError, SweepError, ValidityWarning
+from pavefem.errors import (
+    CalibrationWarning,
+    FormatError,
+    PavefemError,
+    SolverError,
+    SweepError,
+    ValidityWarning,
+)
 from pavefem.fleet import fleet_forces
 from pavefem.forces import LiftOff, TireForces, tire_forces
 from pavefem.formats import read_profile
@@ -32,7 +39,7 @@ from pavefem.road import Road, Section
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
 from pavefem.simulate import run, simulate
-from pavefem.studies import sweep
+from pavefem.studies import Calibration, DeflectionHistory, ForceDeflection, calibrate, sweep
 from pavefem.transition import transition
 from pavefem.units import AxleGroup, Suspension, Tires, Unit
 from pavefem.vehicle import Body, Friction, Spring, Tire, Vehicle
@@ -43,6 +50,10 @@ __all__ = [
     "Asphalt",
     "AxleGroup",
     "Body",
+    "Calibration",
+    "CalibrationWarning",
+    "DeflectionHistory",
+    "ForceDeflection",
     "FormatError",
     "Friction",
     "LiftOff",
@@ -65,6 +76,7 @@ __all__ = [
     "ValidityWarning",
     "Vehicle",
     "analytical",
+    "calibrate",
     "fleet_forces",
     "load_result",
     "metrics",

@@ -62,3 +62,7 @@ class FormatError(PavefemError, ValueError):
 
 class ValidityWarning(UserWarning):
     """An empirical law is used outside the range it was fitted on."""
+
+
+class CalibrationWarning(UserWarning):
+    """Measurements do not tell all parameters that are fitted to them."""

@@ -3,6 +3,7 @@
 Figures are made without touching the current one; ``figure.savefig(path)`` writes them.
 """
 
+from pavefem.plotting.calibration import plot_calibration
 from pavefem.plotting.metrics import plot_aggregate_force, plot_dlc, plot_spatial_repeatability
 from pavefem.plotting.profile import plot_iri, plot_profile, plot_psd
 from pavefem.plotting.result import (
@@ -12,6 +13,7 @@ from pavefem.plotting.result import (
     draw_worst_instant,
     plot_result,
 )
+from pavefem.plotting.sensitivity import plot_morris, plot_sobol, plot_tornado
 from pavefem.plotting.vehicle import plot_vehicle
 
 __all__ = [
@@ -20,11 +22,15 @@ __all__ = [
     "draw_history",
     "draw_worst_instant",
     "plot_aggregate_force",
+    "plot_calibration",
     "plot_dlc",
     "plot_iri",
+    "plot_morris",
     "plot_profile",
     "plot_psd",
     "plot_result",
+    "plot_sobol",
     "plot_spatial_repeatability",
+    "plot_tornado",
     "plot_vehicle",
 ]

@@ -1,7 +1,10 @@
-"""Studies: many scenarios that differ in chosen fields; the paper reproduced, and its measures."""
+"""Studies: many scenarios that differ in chosen fields, and what their runs answer."""
 
 from __future__ import annotations
 
+from pavefem.studies.calibration import Calibration, calibrate
+from pavefem.studies.global_sensitivity import morris, sobol, tornado
+from pavefem.studies.measurements import DeflectionHistory, ForceDeflection
 from pavefem.studies.paper import Reproduction, reproduce_paper
 from pavefem.studies.sensitivity import paper_sensitivity
 from pavefem.studies.sweep import sweep
@@ -9,9 +12,16 @@ from pavefem.studies.work import Answers, evaluate
 
 __all__ = [
     "Answers",
+    "Calibration",
+    "DeflectionHistory",
+    "ForceDeflection",
     "Reproduction",
+    "calibrate",
     "evaluate",
+    "morris",
     "paper_sensitivity",
     "reproduce_paper",
+    "sobol",
     "sweep",
+    "tornado",
 ]
