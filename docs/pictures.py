@@ -2,7 +2,8 @@
 
     python docs/pictures.py [PAGE...]
 
-A picture is so always what the code next to it draws. Where a page needs no new pictures, git sees
+Without pages, of all of them, and also the film that heads the README. A picture is so always what
+the code next to it draws. Where a page needs no new pictures, git sees
 no change: they depend on nothing but the page, pavefem and the version of matplotlib.
 """
 
@@ -18,9 +19,12 @@ from pathlib import Path
 import matplotlib
 from PIL import Image
 
+import pavefem as pf
+
 matplotlib.use("Agg")
 
-PAGES = Path(__file__).parent / "how-to"
+HOME = Path(__file__).resolve().parent
+PAGES = HOME / "how-to"
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 COLOURS = 256
 """Enough for a plot; a file of so many takes half the room."""
@@ -53,6 +57,21 @@ def draw(page: Path) -> None:
             os.chdir(home)
 
 
+def film() -> None:
+    """Draw the film that heads the README: the default run, on the converged scheme."""
+    result = pf.simulate(
+        pf.Road.paper(),
+        pf.vehicles.tandem_truck(),
+        profile=pf.Profile.iso8608("B", length=100.0, seed=1),
+        run_in=50.0,
+        scheme="converged",
+    )
+    result.animate(HOME / "animation.gif", between=(0.3, 1.2), slow_motion=3.5)
+    print(f"animation.gif, {(HOME / 'animation.gif').stat().st_size / 1e6:.2f} MB")
+
+
 if __name__ == "__main__":
+    if not sys.argv[1:]:
+        film()
     for page in map(Path, sys.argv[1:] or sorted(PAGES.glob("*.md"))):
         draw(page.resolve())

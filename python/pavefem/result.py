@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 import xarray as xr
@@ -25,6 +25,8 @@ from pavefem.scenario import Scenario
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from pavefem.plotting.animation import Film
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -261,6 +263,35 @@ class Result:
         from pavefem import plotting  # matplotlib takes half a second to import
 
         return plotting.plot_result(self, x)
+
+    @overload
+    def animate(self, path: None = None, **options: Any) -> Film: ...
+    @overload
+    def animate(self, path: str | os.PathLike[str], **options: Any) -> None: ...
+    def animate(self, path: str | os.PathLike[str] | None = None, **options: Any) -> Film | None:
+        """Show the vehicle moving over the profile and the deflecting road.
+
+        Parameters
+        ----------
+        path : path-like, optional
+            File to write, ``.gif`` or ``.html``; without it, a notebook shows what is returned.
+        **options
+            ``between=(start, end)``, ``fps``, ``slow_motion`` and others of `plotting.animate`.
+
+        Returns
+        -------
+        Film or None
+            A `matplotlib.animation.FuncAnimation`; None where a file is written.
+
+        Raises
+        ------
+        ValueError
+            If the deflection of all nodes or the tire forces were not kept, or as of
+            `plotting.animate`.
+        """
+        from pavefem import plotting  # matplotlib takes half a second to import
+
+        return plotting.animate(self, path, **options)
 
     def to_netcdf(self, path: str | os.PathLike[str]) -> None:
         """Write a netCDF file that `load_result` reads back; an old file is replaced as a whole.

@@ -86,6 +86,10 @@ def run(
         bool,
         typer.Option("--envelope", help="Keep no histories: for roads of many kilometres."),
     ] = False,
+    animate: Annotated[
+        bool,
+        typer.Option("--animate", help="Draw a film of the run, too; it takes some 10 s."),
+    ] = False,
     out: Annotated[Path, typer.Option(help="Folder for result.nc and the pictures.")] = Path("out"),
     cache: Annotated[
         bool, typer.Option(help="Keep transition matrices between runs, in memory and on disk.")
@@ -115,10 +119,12 @@ def run(
         vehicle=vehicle,
         options={key: value for key, value in options.items() if value is not None},
     )
+    if envelope and animate:
+        raise ValueError("--animate needs the histories that --envelope leaves out")
     check_writable(out)
     keep: Keep = "envelope" if envelope else HISTORIES
     result = run_scenario(inputs, keep=keep, cache=cache, progress=True)
-    _report(result, out)
+    _report(result, out, animate)
 
 
 def _scenario(
@@ -187,7 +193,7 @@ def _flags(options: dict[str, Any]) -> str:
     return " and ".join(f"--{name.replace('_', '-')}" for name in options)
 
 
-def _report(result: Result, out: Path) -> None:
+def _report(result: Result, out: Path, animate: bool) -> None:
     """Write the result, print the summary and, last, draw the pictures."""
     result.to_netcdf(out / "result.nc")
     print_figures("pavefem run", result.summary())
@@ -201,5 +207,8 @@ def _report(result: Result, out: Path) -> None:
         pictures["profile.png"] = plotting.plot_profile(scenario.profile, road)
     for name, figure in pictures.items():
         figure.savefig(out / name, dpi=150)
-    names = ", ".join(["result.nc", *pictures])
-    console.print(f"wrote {names} in {out}{os.sep}", highlight=False, soft_wrap=True)
+    names = ["result.nc", *pictures]
+    if animate:
+        result.animate(out / "animation.gif", progress=True)
+        names.append("animation.gif")
+    console.print(f"wrote {', '.join(names)} in {out}{os.sep}", highlight=False, soft_wrap=True)

@@ -3,6 +3,7 @@
 Figures are made without touching the current one; ``figure.savefig(path)`` writes them.
 """
 
+from pavefem.plotting.animation import animate
 from pavefem.plotting.calibration import plot_calibration
 from pavefem.plotting.metrics import plot_aggregate_force, plot_dlc, plot_spatial_repeatability
 from pavefem.plotting.profile import plot_iri, plot_profile, plot_psd
@@ -17,6 +18,7 @@ from pavefem.plotting.sensitivity import plot_morris, plot_sobol, plot_tornado
 from pavefem.plotting.vehicle import plot_vehicle
 
 __all__ = [
+    "animate",
     "draw_envelope",
     "draw_forces",
     "draw_history",

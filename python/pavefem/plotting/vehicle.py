@@ -47,17 +47,12 @@ def plot_vehicle(vehicle: Vehicle) -> Figure:
     vehicle : Vehicle
         The vehicle.
     """
-    view = _View(vehicle)
+    view = SideView(vehicle)
     left, right = view.ends
     width = float(np.clip(0.55 * (right - left), 5.5, 13.0))
     figure = new_figure(width, 5.3 * width / (right - left) + 1.3)
     axes = figure.add_subplot()
-    for unit in view.units:
-        view.draw_unit(axes, unit)
-    for beam in view.beams:
-        view.draw_beam(axes, beam)
-    for spring in vehicle.springs:
-        view.draw_spring(axes, spring)
+    view.draw_bodies(axes)
     for number, (tire, load) in enumerate(zip(vehicle.tires, vehicle.static_loads, strict=True)):
         view.draw_wheel(axes, tire)
         _load(axes, tire.x, load, colour(number))
@@ -70,8 +65,8 @@ def plot_vehicle(vehicle: Vehicle) -> Figure:
     return figure
 
 
-class _View:
-    """What a vehicle's bodies are, and where."""
+class SideView:
+    """What a vehicle's bodies are, and where: metres behind the front axle, heights for show."""
 
     def __init__(self, vehicle: Vehicle) -> None:
         self.vehicle = vehicle
@@ -119,7 +114,26 @@ class _View:
         margin = max(0.4, (SHORTEST - (right - left)) / 2.0)
         return left - margin, right + margin
 
-    def draw_unit(self, axes: Axes, unit: Body) -> None:
+    def draw_bodies(self, axes: Axes) -> None:
+        """Draw all but the wheels."""
+        for unit in self.units:
+            self._draw_unit(axes, unit)
+        for beam in self.beams:
+            self._draw_beam(axes, beam)
+        for spring in self.vehicle.springs:
+            self._draw_spring(axes, spring)
+        for tire in self.vehicle.tires:
+            # What joins a wheel to a body that has no axle.
+            if self.height[tire.body] > HUB:
+                _line(axes, [tire.x, tire.x], [HUB, self.height[tire.body]], width=2.0)
+
+    def draw_wheel(self, axes: Axes, tire: Tire) -> None:
+        """Draw a wheel."""
+        for radius, face in ((HUB, TIRES[tire.dual][0]), (0.6 * HUB, "white")):
+            axes.add_patch(Circle((tire.x, HUB), radius, facecolor=face, edgecolor=INK, zorder=1.5))
+        axes.plot(tire.x, HUB, "o", color=INK, markersize=4.0)
+
+    def _draw_unit(self, axes: Axes, unit: Body) -> None:
         """Draw a frame, and on it a box as far as a semitrailer leaves room."""
         left, right = self.extent(unit)
         start, end = left, right
@@ -138,14 +152,14 @@ class _View:
         middle = sum(BOX if boxed and left < unit.x < end else FRAME) / 2.0
         _centre_of_gravity(axes, unit, middle)
 
-    def draw_beam(self, axes: Axes, beam: Body) -> None:
+    def _draw_beam(self, axes: Axes, beam: Body) -> None:
         """Draw a walking beam, and what holds its pin."""
         places, pin, height = self.supports(beam), _pin(beam), self.height[beam.name]
         _line(axes, [min(places) - APART, max(places) + APART], [height, height], width=4.0)
         _line(axes, [pin, pin], [height, self.height[str(beam.pinned_to)]], width=2.0)
         _draw_pin(axes, pin, height)
 
-    def draw_spring(self, axes: Axes, spring: Spring) -> None:
+    def _draw_spring(self, axes: Axes, spring: Spring) -> None:
         """Draw a spring, a damper, or both beside each other."""
         top = self.height[spring.upper]
         shared = len(spring.lower_ends) > 1
@@ -161,14 +175,6 @@ class _View:
             places = [x - APART for _, x in spring.lower_ends]
             height = 0.3 * HUB + 0.7 * top
             _line(axes, [min(places), max(places)], [height, height], ink=SHARED, width=1.5)
-
-    def draw_wheel(self, axes: Axes, tire: Tire) -> None:
-        """Draw a wheel, and what joins it to a body that has no axle."""
-        for radius, face in ((HUB, TIRES[tire.dual][0]), (0.6 * HUB, "white")):
-            axes.add_patch(Circle((tire.x, HUB), radius, facecolor=face, edgecolor=INK, zorder=1.5))
-        axes.plot(tire.x, HUB, "o", color=INK, markersize=4.0)
-        if self.height[tire.body] > HUB:
-            _line(axes, [tire.x, tire.x], [HUB, self.height[tire.body]], width=2.0)
 
     def legend(self) -> list[Line2D | Patch]:
         """Explain what there is."""
