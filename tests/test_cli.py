@@ -148,6 +148,24 @@ def test_elevation_unit_of_the_profile(pavefem: Run, tmp_path: Path) -> None:
     np.testing.assert_allclose(profile.z, site.z, rtol=1e-12)
 
 
+def test_a_track_of_the_profile(pavefem: Run, tmp_path: Path) -> None:
+    """The first unless another is named; columns, too, say which."""
+    site = pf.Profile.iso8608("B", 30.0, track_width=1.8, seed=1)
+    site.to_csv(tmp_path / "site.csv")
+    for options, track in (
+        ([], "left"),
+        (["--track", "right"], "right"),
+        (["--columns", "0,2"], "right"),
+    ):
+        done = pavefem("run", "--profile", "site.csv", *options)
+        assert done.code == 0, done.err
+        profile = pf.load_result(tmp_path / "out" / "result.nc").scenario.profile
+        assert profile is not None
+        np.testing.assert_allclose(profile.z, site.tracks[track], atol=1e-12)
+    done = pavefem("run", "--profile", "site.csv", "--track", "middle")
+    assert "left, right" in done.error()
+
+
 @pytest.mark.parametrize(("length", "run_in"), [(25.0, 0.0), (30.0, 5.0), (400.0, 50.0)])
 def test_a_vehicle_settles_on_what_the_profile_has_ahead_of_the_road(
     pavefem: Run, tmp_path: Path, length: float, run_in: float
@@ -262,7 +280,8 @@ FAILURES: list[tuple[list[str], str]] = [
     (["--profile", "short.csv"], "is 10 m long"),
     (["--profile", "picture.xyz"], "not a profile format"),
     (["--profile", "site.csv", "--smooth"], "exclude each other"),
-    (["--elevation-unit", "mm"], "--elevation-unit is the unit of --profile"),
+    (["--elevation-unit", "mm"], "--elevation-unit: for the file of --profile, and none is given"),
+    (["--smooth", "--track", "left", "--skip", "0"], "--track and --skip: for the file of --prof"),
     (["--profile", "site.csv", "--elevation-unit", "ell"], "elevation_unit must be one of m, cm"),
     (["none.toml"], "none.toml"),
     (["broken.toml"], "not a TOML file"),

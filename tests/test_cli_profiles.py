@@ -136,6 +136,13 @@ def test_one_track_of_several(pavefem: Run, two_tracks: pf.Profile) -> None:
     }
 
 
+def test_info_of_one_track(pavefem: Run, two_tracks: pf.Profile) -> None:
+    done = pavefem("info", "two.csv", "--track", "right")
+    assert done.code == 0, done.err
+    assert f"{two_tracks.track('right').iri():.2f} m/km" in done.out
+    assert "MRI" not in done.out
+
+
 def test_moving_average_can_be_left_out(pavefem: Run, one_track: pf.Profile) -> None:
     expected = one_track.iri(moving_average=False)
     assert expected > 1.01 * one_track.iri()
@@ -185,7 +192,11 @@ def test_lateral_positions(pavefem: Run, tmp_path: Path) -> None:
     found = whole_iri(pavefem, "road.crg", "--lateral", "0.5", "--lateral", "-0.5")
     assert list(found.values()) == [*roughness.iri(both).to_numpy(), float(roughness.mri(both))]
     one = whole_iri(pavefem, "road.crg", "--lateral", "-1")
-    assert one == {"iri_m_per_km": pf.read_profile(tmp_path / "road.crg", v=-1.0).iri()}
+    expected = pf.read_profile(tmp_path / "road.crg", v=-1.0)
+    assert one == {"iri_m_per_km": expected.iri()}
+    done = pavefem("run", "--profile", "road.crg", "--lateral", "-1")
+    assert done.code == 0, done.err
+    assert pf.load_result(tmp_path / "out" / "result.nc").scenario.profile == expected
 
 
 @pytest.mark.filterwarnings("default")
@@ -306,7 +317,7 @@ def test_no_memory_and_ctrl_c(
         def read(*_: Any, **__: Any) -> None:
             raise error
 
-        monkeypatch.setattr("pavefem.cli.iri.read_profile", read)
+        monkeypatch.setattr("pavefem.cli.profiles.read_profile", read)
 
     fail(MemoryError)
     assert pavefem("iri", "one.csv").error().startswith("one.csv: no memory")

@@ -9,20 +9,10 @@ import typer
 
 from pavefem import roughness, vehicles
 from pavefem._tables import read_toml
-from pavefem.cli.profiles import (
-    Channels,
-    Columns,
-    Decimal,
-    ElevationUnit,
-    Lateral,
-    Skip,
-    StationUnit,
-    Step,
-    reader_options,
-)
+from pavefem.cli.profiles import read, with_reader_options
 from pavefem.cli.terminal import each_file, print_figures, reporting
 from pavefem.errors import FormatError
-from pavefem.formats import PROFILE_READERS, read_profile
+from pavefem.formats import PROFILE_READERS
 from pavefem.profile import Profile
 from pavefem.result import load_result
 from pavefem.scenario import Scenario
@@ -33,6 +23,7 @@ OTHERS: Final = "vehicles and scenarios (.toml) and results (.nc)"
 
 
 @reporting()
+@with_reader_options
 def info(
     files: Annotated[
         list[Path],
@@ -42,14 +33,8 @@ def info(
             readable=False,
         ),
     ],
-    elevation_unit: ElevationUnit = None,
-    station_unit: StationUnit = None,
-    columns: Columns = None,
-    channels: Channels = None,
-    step: Step = None,
-    decimal: Decimal = None,
-    skip: Skip = None,
-    lateral: Lateral = None,
+    *,
+    reader: dict[str, Any],
 ) -> None:
     """Print what is in files, and what was understood of them.
 
@@ -58,25 +43,14 @@ def info(
     for profiles. A file that cannot be used is reported and loses none of the others; the exit code
     is then 2.
     """
-    options = reader_options(
-        elevation_unit=elevation_unit,
-        station_unit=station_unit,
-        columns=columns,
-        channels=channels,
-        step=step,
-        decimal=decimal,
-        skip=skip,
-        lateral=lateral,
-    )
-
-    found, failed = each_file(files, lambda path: _summary(path, options))
+    found, failed = each_file(files, lambda path: _summary(path, reader))
     for kind, path, figures in found:
         print_figures(f"{path}: {kind}", figures)
     if failed:
         raise typer.Exit(2)
 
 
-def _summary(path: Path, options: dict[str, Any]) -> tuple[str, Path, dict[str, str]]:
+def _summary(path: Path, reader: dict[str, Any]) -> tuple[str, Path, dict[str, str]]:
     """Return what kind of file it is, and its figures."""
     suffix = path.suffix.lower()
     if suffix == ".nc":
@@ -86,7 +60,7 @@ def _summary(path: Path, options: dict[str, Any]) -> tuple[str, Path, dict[str, 
             return "vehicle", path, _of_vehicle(Vehicle.from_toml(path))
         return "scenario", path, _of_scenario(Scenario.from_toml(path))
     try:
-        profile = read_profile(path, **options)
+        profile = read(path, reader)
     except FormatError as error:
         if suffix in PROFILE_READERS or not path.is_file():
             raise

@@ -19,20 +19,8 @@ from rich.text import Text
 
 from pavefem import roughness
 from pavefem._files import check_writable, replacing
-from pavefem.cli.profiles import (
-    Channels,
-    Columns,
-    Decimal,
-    ElevationUnit,
-    Files,
-    Lateral,
-    Skip,
-    StationUnit,
-    Step,
-    reader_options,
-)
+from pavefem.cli.profiles import Files, read, with_reader_options
 from pavefem.cli.terminal import console, each_file, reporting
-from pavefem.formats import read_profile
 
 
 class Format(StrEnum):
@@ -82,12 +70,10 @@ class Roughness(NamedTuple):
 
 
 @reporting()
+@with_reader_options
 def iri(
     files: Files,
     segment: Annotated[float, typer.Option(help="Length of the segments, m.")] = 100.0,
-    track: Annotated[
-        str | None, typer.Option(help='One track of several, such as "left".  [default: all]')
-    ] = None,
     moving_average: Annotated[
         bool,
         typer.Option(help="Average elevations over 0.25 m; not for what was smoothed before."),
@@ -99,14 +85,8 @@ def iri(
     out: Annotated[
         Path | None, typer.Option(help="File to write CSV or JSON to.", metavar="FILE")
     ] = None,
-    elevation_unit: ElevationUnit = None,
-    station_unit: StationUnit = None,
-    columns: Columns = None,
-    channels: Channels = None,
-    step: Step = None,
-    decimal: Decimal = None,
-    skip: Skip = None,
-    lateral: Lateral = None,
+    *,
+    reader: dict[str, Any],
 ) -> None:
     """Print the international roughness index of profiles, in m/km.
 
@@ -117,19 +97,7 @@ def iri(
     if not (math.isfinite(segment) and segment > 0.0):
         raise ValueError(f"--segment is {segment:g} m: must be above 0 and finite")
     chosen = _checked_format(format_, out, files)
-    options = reader_options(
-        elevation_unit=elevation_unit,
-        station_unit=station_unit,
-        columns=columns,
-        channels=channels,
-        step=step,
-        decimal=decimal,
-        skip=skip,
-        lateral=lateral,
-    )
-    found, failed = each_file(
-        files, lambda path: _measure(path, segment, track, moving_average, options)
-    )
+    found, failed = each_file(files, lambda path: _measure(path, segment, moving_average, reader))
     if chosen is Format.TABLE:
         for profile in found:
             _print_table(profile)
@@ -164,15 +132,12 @@ def _checked_format(given: Format | None, out: Path | None, files: Sequence[Path
 def _measure(
     path: Path,
     segment: float,
-    track: str | None,
     moving_average: bool,
-    options: dict[str, Any],
+    reader: dict[str, Any],
 ) -> Roughness:
     """Read a profile and find how rough it is."""
-    profile = read_profile(path, **options)
-    if track is not None:
-        profile = profile.track(track)
-    tracks = list(profile.tracks) or [track or ""]
+    profile = read(path, reader)
+    tracks = list(profile.tracks) or [reader.get("track", "")]
     has_mri = bool(roughness.wheel_tracks(profile))
     segments, whole = (
         roughness.iri(profile, segment=length, moving_average=moving_average)

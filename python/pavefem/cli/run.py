@@ -10,9 +10,9 @@ import typer
 
 from pavefem import vehicles
 from pavefem._files import check_writable
-from pavefem.cli.profiles import ElevationUnit, reader_options
+from pavefem.cli.profiles import read, with_reader_options
 from pavefem.cli.terminal import console, print_figures, reporting
-from pavefem.formats import PROFILE_READERS, read_profile
+from pavefem.formats import PROFILE_READERS
 from pavefem.profile import Profile
 from pavefem.result import Result
 from pavefem.scenario import Scenario
@@ -26,6 +26,7 @@ RUN_IN: Final = 50.0
 
 
 @reporting()
+@with_reader_options
 def run(
     scenario: Annotated[
         Path | None,
@@ -35,7 +36,6 @@ def run(
         Path | None,
         typer.Option(help=f"Profile: station and elevation, {', '.join(PROFILE_READERS)}."),
     ] = None,
-    elevation_unit: ElevationUnit = None,
     speed: Annotated[float | None, typer.Option(help="Speed, km/h.  [default: 65]")] = None,
     temperature: Annotated[
         float | None, typer.Option(help="Asphalt temperature, °C.  [default: 20]")
@@ -94,6 +94,8 @@ def run(
     cache: Annotated[
         bool, typer.Option(help="Keep transition matrices between runs, in memory and on disk.")
     ] = True,
+    *,
+    reader: dict[str, Any],
 ) -> None:
     """Run one truck over one road: print a summary, write result.nc and pictures.
 
@@ -112,7 +114,7 @@ def run(
         scenario,
         {key: value for key, value in changes.items() if value is not None},
         profile=profile,
-        elevation_unit=elevation_unit,
+        reader=reader,
         smooth=smooth,
         length=length,
         vma=vma,
@@ -132,7 +134,7 @@ def _scenario(
     changes: dict[str, Any],
     *,
     profile: Path | None,
-    elevation_unit: str | None,
+    reader: dict[str, Any],
     smooth: bool,
     length: float | None,
     vma: float | None,
@@ -142,8 +144,8 @@ def _scenario(
     """Take the scenario file, or the default run, with the options' changes."""
     if smooth and profile is not None:
         raise ValueError("--smooth and --profile exclude each other")
-    if elevation_unit is not None and profile is None:
-        raise ValueError("--elevation-unit is the unit of --profile, and none is given")
+    if reader and profile is None:
+        raise ValueError(f"{_flags(reader)}: for the file of --profile, and none is given")
     base = Scenario() if path is None else Scenario.from_toml(path)
     road = base.road
     if length is not None:
@@ -152,7 +154,7 @@ def _scenario(
         road = road.model_copy(update={"sections": ((road.sections[0].pavement, length),)})
     changes["road"] = road if vma is None else road.with_asphalt(vma=vma)
     if profile is not None:
-        changes["profile"] = read_profile(profile, **reader_options(elevation_unit=elevation_unit))
+        changes["profile"] = read(profile, reader)
     elif smooth:
         changes["profile"] = None
         changes.setdefault("run_in", 0.0)
