@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any, Literal
 
@@ -21,6 +21,7 @@ from oracle import Array, DenseRoad, constant_forces, turning
 
 import pavefem as pf
 from pavefem import _core
+from pavefem._progress import progress_bar
 
 Hold = Literal["zero", "first"]
 
@@ -519,6 +520,22 @@ def test_progress_does_not_change_the_answer(
 ) -> None:
     shown = pf.simulate(road, truck, progress=True)
     np.testing.assert_array_equal(deflection(shown), deflection(nominal))
+
+
+@pytest.mark.parametrize("progress", [True, False])
+def test_progress_of_tire_forces_is_asked_for_as_that_of_a_run(
+    progress: bool, truck: pf.Vehicle, rough: pf.Profile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[tuple[bool, str]] = []
+
+    def bar(show: bool, what: str) -> AbstractContextManager[Callable[[int, int], None] | None]:
+        asked.append((show, what))
+        return progress_bar(show, what)
+
+    monkeypatch.setattr("pavefem.forces.progress_bar", bar)
+    forces = pf.tire_forces(truck, rough, progress=progress)
+    assert asked == [(progress, "vehicle")]
+    np.testing.assert_array_equal(forces.force, pf.tire_forces(truck, rough).force)
 
 
 def test_defaults_are_those_of_a_scenario() -> None:

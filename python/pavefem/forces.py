@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pavefem import _core
+from pavefem._progress import progress_bar
 from pavefem.asphalt import kmh
 from pavefem.profile import Profile
 from pavefem.vehicle import Vehicle
@@ -128,7 +129,7 @@ def tire_forces(
     interpolation: Interpolation = "linear",
     lift_off: bool = False,
     tolerance: float = TOLERANCE,
-    progress: Progress | None = None,
+    progress: bool = False,
 ) -> TireForces:
     """Run a vehicle over a profile at constant speed.
 
@@ -159,8 +160,8 @@ def tire_forces(
         of the static load to the error of a tire force at its end. Over a run errors may come to
         more, most of all where a tire lands after a long flight; halve dt to see. What begins and
         ends within one step is not seen. A linear vehicle needs no such division.
-    progress : callable, optional
-        Called now and then with the steps done and the steps in all.
+    progress : bool
+        Show progress when it takes over a second.
 
     Returns
     -------
@@ -174,6 +175,20 @@ def tire_forces(
         If a force is not finite, or does not settle to the tolerance.
     """
     run = plan(vehicle, profile, speed_kmh, dt, run_in, distance)
+    with progress_bar(progress, "vehicle") as report:
+        return roll(vehicle, profile, run, interpolation, lift_off, tolerance, report)
+
+
+def roll(
+    vehicle: Vehicle,
+    profile: Profile | None,
+    run: Run,
+    interpolation: Interpolation,
+    lift_off: bool,
+    tolerance: float,
+    report: Progress | None,
+) -> TireForces:
+    """Do a run, as `tire_forces`; `report` is called with the steps done and the steps in all."""
     # Places and forces, and what is made of them on the way.
     size = 8.0 * 4.0 * run.steps * len(vehicle.tires)
     if not size < MEMORY_LIMIT:
@@ -182,7 +197,7 @@ def tire_forces(
             f"the limit is {MEMORY_LIMIT / 2**30:g}: use a longer dt, a shorter distance, or "
             "fleet_forces"
         )
-    time = dt * np.arange(run.steps + 1, dtype=np.float64)
+    time = run.dt * np.arange(run.steps + 1, dtype=np.float64)
     position = run.origin + run.speed * time[:, np.newaxis] - vehicle.axle_positions
     static = vehicle.static_loads
     if profile is None:
@@ -193,13 +208,13 @@ def tire_forces(
         x=profile.x,
         z=profile.z,
         interpolation=interpolation,
-        dt=dt,
+        dt=run.dt,
         lift_off=lift_off,
         tolerance=tolerance,
         every=1,
         stations=np.array([]),
         threads=1,
-        progress=progress,
+        progress=report,
     )
     lifted = tuple(
         LiftOff(axle + 1, int(off.sum()), float(position[off.argmax(), axle]))

@@ -17,11 +17,13 @@ from pavefem.asphalt import kmh
 from pavefem.cache import Recent, digest, transition
 from pavefem.forces import (
     MEMORY_LIMIT,
+    TOLERANCE,
     AxleForces,
     Interpolation,
     Progress,
     TireForces,
-    tire_forces,
+    plan,
+    roll,
 )
 from pavefem.profile import Profile
 from pavefem.quantities import QUANTITIES, Quantity, core_names, histories
@@ -271,20 +273,22 @@ def _stepper(
 
 def forces_on_road(scenario: Scenario, report: Progress | None) -> TireForces:
     """Tire forces from the front axle at x = 0 until the last axle leaves the road."""
-    forces = tire_forces(
-        scenario.vehicle,
-        scenario.profile,
-        scenario.speed_kmh,
-        dt=scenario.scheme.dt,
-        run_in=scenario.run_in,
-        distance=scenario.road.length + scenario.vehicle.length,
-        interpolation=scenario.interpolation,
-        lift_off=scenario.lift_off,
-        progress=report,
+    vehicle, profile = scenario.vehicle, scenario.profile
+    distance = scenario.road.length + vehicle.length
+    dt, run_in = scenario.scheme.dt, scenario.run_in
+    run = plan(vehicle, profile, scenario.speed_kmh, dt, run_in, distance)
+    forces = roll(
+        vehicle,
+        profile,
+        run,
+        scenario.interpolation,
+        scenario.lift_off,
+        TOLERANCE,
+        report,
     )
-    if scenario.profile is None:
+    if profile is None:
         return forces
-    origin = float(scenario.profile.x[0]) + scenario.run_in
+    origin = float(profile.x[0]) + run_in
     lifted = tuple(
         replace(lift_off, position=lift_off.position - origin) for lift_off in forces.lift_off
     )
