@@ -22,7 +22,7 @@ import pytest
 from conftest import DATA
 from hypothesis import given
 from hypothesis import strategies as st
-from matplotlib.patches import Rectangle
+from matplotlib.patches import StepPatch
 from scipy import integrate, signal, special
 
 import pavefem as pf
@@ -652,9 +652,12 @@ def test_track_width_must_be_a_distance(width: float) -> None:
 
 def test_figures(two_tracks: pf.Profile) -> None:
     (axes,) = plot_iri(two_tracks, segment=250.0).axes
-    bars = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
-    expected = roughness.iri(two_tracks, segment=250.0).to_numpy().ravel()
-    np.testing.assert_allclose([bar.get_height() for bar in bars], expected)
+    steps = [patch.get_data() for patch in axes.patches if isinstance(patch, StepPatch)]
+    index = roughness.iri(two_tracks, segment=250.0)
+    for (values, edges, _), expected in zip(steps, index.to_numpy(), strict=True):
+        np.testing.assert_array_equal(values, expected)
+        np.testing.assert_array_equal(edges[:-1], index["start"])  # of both tracks alike
+        assert edges[-1] == two_tracks.x[-1]
     assert axes.get_ylabel() == "IRI [m/km]" and "250 m" in axes.get_title()
     (axes,) = plot_psd(two_tracks.track("left")).axes
     assert axes.get_xscale() == axes.get_yscale() == "log"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from pavefem.plotting.style import MM, colour, new_figure, plain
+from pavefem.plotting.style import MM, colour, draw_line, new_figure, plain
 from pavefem.profile import ISO8608_CENTRES, ISO8608_N0, Profile
 from pavefem.roughness import iri, octave_means, psd
 
@@ -23,7 +23,7 @@ def plot_profile(profile: Profile, road: tuple[float, float] | None = None) -> F
     figure = new_figure(9.0, 3.0)
     axes = figure.add_subplot()
     level = profile.z[0]
-    axes.plot(profile.x, (profile.z - level) * MM, color="black", linewidth=0.9)
+    draw_line(axes, profile.x, (profile.z - level) * MM, "black", linewidth=0.9)
     if road is not None:
         axes.axvspan(*road, color="#0072b2", alpha=0.15, label="pavement")
         axes.legend(fontsize="small")
@@ -40,7 +40,7 @@ def plot_iri(profile: Profile, segment: float = 100.0) -> Figure:
     Parameters
     ----------
     profile : Profile
-        The profile; each of its tracks has bars of its own.
+        The profile; each of its tracks has a line of its own.
     segment : float, optional
         Length of the segments, m.
     """
@@ -48,20 +48,13 @@ def plot_iri(profile: Profile, segment: float = 100.0) -> Figure:
     axes = figure.add_subplot()
     index, whole = iri(profile, segment=segment), iri(profile)
     start, length = index["start"].to_numpy(), index["length"].to_numpy()
+    edges = np.append(start, start[-1] + length[-1])
     tracks = len(profile.by_track)
-    width = length / tracks
     rows, means = index.to_numpy().reshape(tracks, -1), whole.to_numpy().ravel()
-    for number, (name, bars, mean) in enumerate(zip(profile.by_track, rows, means, strict=True)):
-        axes.bar(
-            start + number * width,
-            bars,
-            width,
-            align="edge",
-            color=colour(number),
-            alpha=0.6,
-            edgecolor="white",
-            linewidth=0.5,
-        )
+    for number, (name, steps, mean) in enumerate(zip(profile.by_track, rows, means, strict=True)):
+        if tracks == 1:
+            axes.stairs(steps, edges, color=colour(number), alpha=0.25, fill=True)
+        axes.stairs(steps, edges, baseline=None, color=colour(number), linewidth=1.8)
         axes.axhline(
             mean,
             color=colour(number),
@@ -74,9 +67,9 @@ def plot_iri(profile: Profile, segment: float = 100.0) -> Figure:
         title=f"IRI on segments of {segment:g} m, {plain(profile.name) or 'road profile'}",
         xlabel="station [m]",
         ylabel="IRI [m/km]",
-        xlim=(start[0], start[-1] + length[-1]),
+        xlim=(edges[0], edges[-1]),
     )
-    axes.set_ylim(top=1.25 * axes.get_ylim()[1])  # room for the legend
+    axes.set_ylim(0.0, 1.3 * float(rows.max()))  # room for the legend
     axes.grid(alpha=0.3, axis="y")
     return figure
 

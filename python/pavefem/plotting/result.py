@@ -10,11 +10,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pavefem.plotting.style import KN, MM, colour, new_figure, plain
+from pavefem.plotting.style import KN, MM, MOST_POINTS, colour, draw_line, new_figure, plain
 
 if TYPE_CHECKING:
     from pavefem.quantities import Quantity
     from pavefem.result import Result
+
+AROUND: Final = 1.0
+"""What is shown of a long history before the first axle and behind the last one, s."""
 
 
 def plot_result(result: Result, x: float | None = None) -> Figure:
@@ -69,24 +72,36 @@ _SHOWN: Final = {
 
 
 def draw_history(axes: Axes, result: Result, x: float, quantity: Quantity = "deflection") -> None:
-    """Draw a quantity at `x` over time, marking when each axle passes."""
+    """Draw a quantity at `x` over time, marking when each axle passes.
+
+    Of a long run, what is within a second of that: there is nothing else to be seen.
+    """
     factor, unit = _SHOWN[quantity]
-    history = result.history(x, quantity).to_numpy()
-    axes.plot(result.time, history * factor, color="black", linewidth=1.2)
+    time, history = result.time, result.history(x, quantity).to_numpy() * factor
+    passes = _passes(result, x)
+    if passes and time.size > MOST_POINTS:
+        near = (time > min(passes.values()) - AROUND) & (time < max(passes.values()) + AROUND)
+        time, history = time[near], history[near]
+    draw_line(axes, time, history, "black")
+    for axle, instant in passes.items():
+        label = f"axle {axle + 1} passes"
+        axes.axvline(instant, color=colour(axle), linewidth=0.9, linestyle="--", label=label)
     if result.forces is not None:
-        for axle, position in enumerate(result.forces.position.T):
-            if position[0] <= x <= position[-1]:
-                axes.axvline(
-                    np.interp(x, position, result.forces.time),
-                    color=colour(axle),
-                    linewidth=0.9,
-                    linestyle="--",
-                    label=f"axle {axle + 1} passes",
-                )
         axes.legend(fontsize="small")
     title = f"{quantity.capitalize()} at x = {x:g} m"
     axes.set(title=title, xlabel="time [s]", ylabel=f"{quantity} [{unit}]")
     axes.grid(alpha=0.3)
+
+
+def _passes(result: Result, x: float) -> dict[int, float]:
+    """When each axle, counted from 0, passes a place, s, as far as that is known."""
+    if result.forces is None:
+        return {}
+    return {
+        axle: float(np.interp(x, position, result.forces.time))
+        for axle, position in enumerate(result.forces.position.T)
+        if position[0] <= x <= position[-1]
+    }
 
 
 def draw_worst_instant(axes: Axes, result: Result) -> None:
@@ -128,8 +143,8 @@ def draw_envelope(axes: Axes, result: Result) -> None:
     )
     for axle, peaks in enumerate(result.peak_deflection):
         label = f"lowest as axle {axle + 1} passes"
-        axes.plot(result.x, -peaks * MM, color=colour(axle), linewidth=0.8, label=label)
-    axes.plot(result.x, result.highest * MM, color="#d55e00", label="highest")
+        draw_line(axes, result.x, -peaks * MM, colour(axle), linewidth=0.8, label=label)
+    draw_line(axes, result.x, result.highest * MM, "#d55e00", label="highest")
     axes.plot(
         result.x[worst],
         result.lowest[worst] * MM,
@@ -150,10 +165,11 @@ def draw_forces(axes: Axes, result: Result) -> None:
     for axle, static in enumerate(forces.static_loads):
         place = forces.position[:, axle]
         on_road = (place >= result.x[0]) & (place <= result.x[-1])
-        axes.plot(
+        draw_line(
+            axes,
             place[on_road],
             forces.force[on_road, axle] * KN,
-            color=colour(axle),
+            colour(axle),
             linewidth=1.0,
             label=f"axle {axle + 1}",
         )
