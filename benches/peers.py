@@ -20,6 +20,15 @@ spatial model under a continuously moving load, over the largest deflection. The
 the load for a step (zero-order hold, the paper's scheme) share its error. A held load is late by
 half a step, which shifts a history but not its lowest value: this error is second order in dt.
 
+pavefem stands in the table twice: by its API and dense matrices, as the others do it, and by the
+core's moving window alone, which steps by an implicit method of second order and has an error of
+its own.
+
+A second table is of long roads, which no dense matrix holds: the converged scheme (a Winkler bed,
+0.125 m, Hermite weights, forces that move within a step) by pavefem's window, and on the whole road
+by banded matrices and the trapezoidal rule (Newmark's average acceleration) in scipy, factored
+once. Of the longest road scipy does some steps in the middle, for the rest would take minutes.
+
     python benches/peers.py [--rounds 15] [--json peers.json]
 
 Needs numpy and scipy; numba, openseespy and pavefem are skipped when they are not installed.
@@ -48,11 +57,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dpbtrs
 
 Array = NDArray[np.float64]
 Run = Callable[[], Array]
@@ -85,6 +96,20 @@ class Case:
     @property
     def h(self) -> float:
         return self.length / self.elements
+
+    @property
+    def per_metre(self) -> tuple[float, ...]:
+        """EI, its damping, mass of the beam; stiffness, damping, mass of the bed; a metre of road.
+
+        c_d h^3 is the beam's damping as a property of bending (eq. 4).
+        """
+        beam = (
+            self.modulus * self.inertia,
+            self.beam_damping * self.h**3,
+            self.element_mass / self.h,
+        )
+        bed = (self.bar_stiffness, self.bar_damping, self.bar_mass / 3)
+        return beam + tuple(constant / self.h for constant in bed)
 
     @property
     def nodes(self) -> int:
@@ -132,9 +157,8 @@ class Measure(NamedTuple):
 # ------------------------------------------------------------------- what numpy and numba share
 
 
-def assemble(case: Case) -> tuple[Array, Array, Array]:
-    """M, C, K (98, 98) of eqs. 1-5, ordered w of the free nodes, then theta of the free nodes."""
-    h, size = case.h, 2 * (case.elements + 1)
+def element_matrices(h: float) -> tuple[Array, Array]:
+    """Bending times h^3, and consistent mass times 420 / (mass of the element), eqs. 1-2."""
     bending = np.array(
         [
             [12.0, 6 * h, -12.0, 6 * h],
@@ -151,6 +175,13 @@ def assemble(case: Case) -> tuple[Array, Array, Array]:
             [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
         ]
     )
+    return bending, mass
+
+
+def assemble(case: Case) -> tuple[Array, Array, Array]:
+    """M, C, K (98, 98) of eqs. 1-5, ordered w of the free nodes, then theta of the free nodes."""
+    h, size = case.h, 2 * (case.elements + 1)
+    bending, mass = element_matrices(h)
     element = np.stack(
         [
             case.element_mass / 420 * mass,
@@ -456,6 +487,239 @@ def pavefem_case(case: Case) -> tuple[Run, Run]:
     return lambda: run(False, *build()), lambda: run(True, *ready)
 
 
+def window_case(case: Case) -> tuple[Run, Run]:
+    """The core's moving window, called without the rest of pavefem. Warm finds it built."""
+    core = importlib.import_module("pavefem._core")
+
+    def build() -> object:
+        sections = np.array([[case.length, *case.per_metre]])
+        mesh = (case.h, "bars", "clamped")
+        return core.Window(sections, *mesh, case.dt, "linear", "zero", False, np.empty(0), 1)
+
+    def run(window: Any) -> Array:
+        travelled = case.speed * case.dt * np.arange(case.steps + 1)
+        positions = travelled[:, None] - np.array(case.axle_offsets)
+        # A wheel track, of which the forces here are, carries half of an axle.
+        forces = np.tile(2 * np.array(case.axle_forces), (len(positions), 1))
+        _, lowest, *_ = window.run(positions, forces)
+        return np.asarray(lowest)[1:-1]
+
+    ready = build()
+    return lambda: run(build()), lambda: run(ready)
+
+
+# ------------------------------------------------------------------------------------ long roads
+
+ELEMENT = 0.125
+ROADS = (500.0, 2000.0)
+MOST_UNKNOWNS = 10_000
+"""Up to which scipy crosses the whole road."""
+EXCERPT = 1500
+"""Steps of it on a road that is longer, from rest with the front axle in the middle."""
+REFERENCE_LENGTH = 60.0
+RUN_IN = 10.0
+"""After which nothing is left of a start in the middle of the road, m."""
+PASSED = 1.0
+"""How far behind the last axle no node gets any lower, m."""
+
+
+@dataclass(frozen=True)
+class Passage:
+    """Steps of the converged scheme on a road, from a first place of the front axle, m."""
+
+    length: float
+    dt: float
+    start: float
+    steps: int
+
+    @classmethod
+    def whole(cls, case: Case, length: float, dt: float) -> Passage:
+        """Until the last axle leaves, or the step before."""
+        distance = length + case.axle_offsets[-1]
+        return cls(length, dt, 0.0, math.floor(distance / (case.speed * dt) + 1e-9))
+
+    @property
+    def unknowns(self) -> int:
+        return 2 * (round(self.length / ELEMENT) - 1)
+
+    @property
+    def places(self) -> Array:
+        """Places of the free nodes."""
+        return ELEMENT * np.arange(1, self.unknowns // 2 + 1)
+
+    def settled(self, case: Case) -> NDArray[np.bool_]:
+        """Free nodes that every axle has passed, as if it had come from the beginning."""
+        if self.start == 0.0:
+            return np.ones(len(self.places), dtype=np.bool_)
+        last = self.start + case.speed * self.dt * self.steps - case.axle_offsets[-1]
+        return (self.places > self.start + RUN_IN) & (self.places < last - PASSED)
+
+
+def banded(case: Case, unknowns: int) -> tuple[Array, Array, Array]:
+    """M, C, K of the Winkler bed, both ends clamped, as lower bands (4, unknowns)."""
+    h = ELEMENT
+    bending, mass = element_matrices(h)
+    bending, mass = bending / h**3, mass * h / 420
+    ei, damping, beam_mass, stiffness, bed_damping, bed_mass = case.per_metre
+    bands = []
+    for element in (
+        (beam_mass + bed_mass) * mass,
+        damping * bending + bed_damping * mass,
+        ei * bending + stiffness * mass,
+    ):
+        band = np.zeros((4, unknowns + 4))
+        for i in range(4):
+            for j in range(i + 1):
+                band[i - j, j : j + unknowns + 1 : 2] += element[i, j]
+        band = band[:, 2:-2]
+        for below in range(1, 4):
+            band[below, unknowns - below :] = 0.0
+        bands.append(band)
+    m, c, k = bands
+    return m, c, k
+
+
+def symmetric(band: Array) -> scipy.sparse.dia_matrix:
+    """The whole of a matrix from its lower bands, by diagonals: the fastest product of scipy."""
+    size = band.shape[1]
+    lower = [band[below, : size - below] for below in range(4)]
+    return scipy.sparse.dia_matrix(
+        scipy.sparse.diags(lower + lower[1:], [0, -1, -2, -3, 1, 2, 3], shape=(size, size))
+    )
+
+
+def hermite_loads(case: Case, passage: Passage) -> tuple[NDArray[np.int64], Array]:
+    """Unknowns under the axles, and loads there, (time, 4 axles), by the shape functions."""
+    times = passage.dt * np.arange(passage.steps + 1)
+    place = passage.start + case.speed * times[:, None] - np.array(case.axle_offsets)
+    elements = round(passage.length / ELEMENT)
+    element = np.clip(np.floor(place / ELEMENT).astype(np.int64), 0, elements - 1)
+    s = place / ELEMENT - element
+    weights = np.stack(
+        [
+            1 - 3 * s**2 + 2 * s**3,
+            ELEMENT * (s - 2 * s**2 + s**3),
+            3 * s**2 - 2 * s**3,
+            ELEMENT * (s**3 - s**2),
+        ],
+        axis=-1,
+    )
+    weights[(place < 0) | (place > passage.length)] = 0.0
+    unknown = 2 * element[..., None] + np.arange(-2, 2)
+    held = (unknown < 0) | (unknown >= passage.unknowns)
+    loads = np.where(held, 0.0, -weights * np.array(case.axle_forces)[:, None])
+    rows = (len(times), -1)
+    return np.where(held, 0, unknown).reshape(rows), loads.reshape(rows)
+
+
+def scipy_passage(case: Case, passage: Passage) -> Array:
+    """Lowest deflection of the free nodes, by the trapezoidal rule.
+
+    (M + dt/2 C + dt^2/4 K) (v_0 + v_1) = 2 M v_0 - dt K u_0 + dt/2 (f_0 + f_1), and then
+    u_1 = u_0 + dt/2 (v_0 + v_1): two products and one solve a step, and no product with C.
+    """
+    dt = passage.dt
+    m, c, k = banded(case, passage.unknowns)
+    factor = scipy.linalg.cholesky_banded(m + dt / 2 * c + dt**2 / 4 * k, lower=True)
+    inertia, spring = symmetric(2 * m), symmetric(-dt * k)
+    unknowns, loads = hermite_loads(case, passage)
+    impulses = dt / 2 * loads
+    u, v, lowest = (np.zeros(passage.unknowns) for _ in range(3))
+    for step in range(passage.steps):
+        right = inertia @ v
+        right += spring @ u
+        for instant in (step, step + 1):
+            np.add.at(right, unknowns[instant], impulses[instant])
+        total, _ = dpbtrs(factor, right, lower=1, overwrite_b=1)
+        v = total - v
+        u += dt / 2 * total
+        np.minimum(lowest, u, out=lowest)
+    return lowest[::2]
+
+
+def on_long_road(short: Array, nodes: int) -> Array:
+    """Lowest deflections of a long road from those of a short one: its ends, and its middle.
+
+    30 m from the ends nothing is felt of them, and one node is like another.
+    """
+    half = len(short) // 2
+    return np.concatenate([short[:half], np.full(nodes - 2 * half, short[half]), short[-half:]])
+
+
+def pavefem_passage(case: Case, length: float) -> Array:
+    pf = importlib.import_module("pavefem")
+    mix = pf.Asphalt(
+        vma=case.vma,
+        softening_point_c=case.softening_point_c,
+        penetration_index=case.penetration_index,
+    )
+    result = pf.simulate(
+        pf.Road(pf.Pavement.paper(asphalt=mix), length=length),
+        pf.vehicles.tandem_truck(axle_spacing=1.3),
+        speed_kmh=case.speed_kmh,
+        temperature_c=case.temperature_c,
+        scheme="converged",
+        keep="envelope",
+    )
+    return np.asarray(result.lowest)[1:-1]
+
+
+def long_roads(case: Case) -> list[dict[str, float | str]]:
+    """Time and error of both codes; the reference is scipy's with a step 16 times shorter."""
+    short = scipy_passage(case, Passage.whole(case, REFERENCE_LENGTH, case.dt / 16))
+    rows: list[dict[str, float | str]] = []
+
+    def add(code: str, passage: Passage, run: Run, runs: int) -> None:
+        times, lowest = zip(*(timed(run) for _ in range(runs)), strict=True)
+        reference = on_long_road(short, passage.unknowns // 2)
+        nodes = passage.settled(case)
+        error = np.abs(lowest[0] - reference)[nodes].max() / np.abs(reference).max()
+        seconds = min(times) / 1e3
+        rows.append(
+            {
+                "code": code,
+                "road_m": passage.length,
+                "steps": passage.steps,
+                "seconds": seconds,
+                "ms_per_vehicle_second": 1e3 * seconds / (passage.steps * passage.dt),
+                "nodes": int(nodes.sum()),
+                "error": float(error),
+            }
+        )
+
+    for length in ROADS:
+        whole = Passage.whole(case, length, case.dt)
+        try:
+            add("pavefem", whole, lambda length=length: pavefem_passage(case, length), 3)
+        except ImportError:
+            print("long roads: pavefem is not installed")
+        part = whole
+        if whole.unknowns > MOST_UNKNOWNS:
+            part = Passage(length, case.dt, length / 2, EXCERPT)
+        add("scipy, banded", part, lambda part=part: scipy_passage(case, part), 1)
+    return rows
+
+
+def report_roads(rows: list[dict[str, float | str]]) -> None:
+    print(
+        f"\n{'road m':>7}  {'code':<14}{'steps':>8}{'seconds':>9}{'ms/vehicle-s':>14}{'/pf':>8}"
+        f"{'nodes':>8}{'error':>10}"
+    )
+    base: dict[float | str, float] = {}
+    for row in rows:
+        cost = float(row["ms_per_vehicle_second"])
+        if row["code"] == "pavefem":
+            base[row["road_m"]] = cost
+        elif row["road_m"] in base:
+            row["over_pavefem"] = cost / base[row["road_m"]]
+        ratio = row.get("over_pavefem")
+        shown = "-" if ratio is None else f"{ratio:.0f}"
+        print(
+            f"{row['road_m']:>7.0f}  {row['code']:<14}{row['steps']:>8}{row['seconds']:>9.3f}"
+            f"{cost:>14.2f}{shown:>8}{row['nodes']:>8}{row['error']:>10.1e}"
+        )
+
+
 # --------------------------------------------------------------------------------- the reference
 
 
@@ -502,6 +766,7 @@ CODES: dict[str, Callable[[Case], tuple[Run, Run]]] = {
     "numba (loops)": lambda case: numba_case(case, "loops"),
     "openseespy": opensees_case,
     "pavefem": pavefem_case,
+    "pavefem window": window_case,
 }
 CHECKED = ("numpy/scipy", "numba (BLAS)", "numba (loops)", "pavefem")
 PACKAGES = ("numpy", "scipy", "numba", "openseespy", "pavefem")
@@ -628,12 +893,18 @@ def main(argv: list[str] | None = None) -> int:
             f"to {CHECK_RTOL:.0e}"
         )
     rows = report(results, reference)
+    if {"numpy/scipy", "pavefem window"} <= results.keys():
+        ratio = min(results["numpy/scipy"].cold) / min(results["pavefem window"].cold)
+        print(f"numpy/scipy takes {ratio:.1f} times as long, cold, as the core's window")
+    roads = long_roads(case)
+    report_roads(roads)
     if options.json is not None:
         document = {
             "versions": versions(),
             "rounds": options.rounds,
             "reference_error": doubt,
             "codes": rows,
+            "roads": roads,
         }
         options.json.write_text(json.dumps(document, indent=2) + "\n", encoding="utf-8")
     return 0
