@@ -260,6 +260,15 @@ def test_the_same_run_gives_the_same_files(rough_run: pf.Result, tmp_path: Path)
     assert one == other
 
 
+def test_a_film_is_as_wide_whatever_matplotlib_is_set_to(
+    nominal: pf.Result, tmp_path: Path
+) -> None:
+    with matplotlib.rc_context({"figure.dpi": 250.0, "savefig.dpi": 300.0}):
+        nominal.animate(tmp_path / "film.gif", between=(0.7, 0.8), slow_motion=1.0)
+    with Image.open(tmp_path / "film.gif") as picture:
+        assert picture.width == 800
+
+
 def test_frames_may_be_shown_in_any_order(film: Film) -> None:
     def picture() -> np.ndarray[Any, Any]:
         film.show(5)
@@ -327,6 +336,11 @@ def test_histories_of_all_nodes_and_forces_are_needed(
     result = pf.simulate(road, truck, **keep)
     with pytest.raises(ValueError, match=r'all nodes and the tire forces: run with keep=\["defl'):
         result.animate()
+
+
+def test_one_instant_is_no_film(road: pf.Road, truck: pf.Vehicle) -> None:
+    with pytest.raises(ValueError, match="one instant is no film: run with a smaller every"):
+        pf.simulate(road, truck, every=5000).animate()
 
 
 MISTAKES: list[tuple[dict[str, Any], str]] = [

@@ -47,6 +47,7 @@ BUMPS: Final = 0.3
 ASPHALT: Final = 0.16
 
 # The figure, inches.
+DPI: Final = 100
 WIDTH: Final = 8.0
 MARGIN: Final = (0.75, 0.12)
 ARROW: Final = 0.55
@@ -150,7 +151,7 @@ def animate(
         File to write, ``.gif`` or ``.html``; an old one is replaced as a whole.
     between : (float, float), optional
         Instants between which the film runs, s; by default the whole run. Of a long road, choose
-        a second or two.
+        a second or two. A frame shows the nearest instant that was kept.
     fps : float
         Frames a second; of a GIF 100 divided by a whole number, because its frames last whole
         hundredths of a second.
@@ -189,7 +190,7 @@ def animate(
         return film
     with replacing(path) as file, progress_bar(progress, "film") as scene.report:
         if suffix == ".gif":
-            film.save(str(file), writer=_Gif(fps), dpi=scene.figure.dpi)
+            film.save(str(file), writer=_Gif(fps), dpi=DPI)
         else:
             file.write_text(_page(film, result.scenario.vehicle.name), encoding="utf-8")
     return None
@@ -223,6 +224,8 @@ def _shots(
     if not (math.isfinite(fps) and 1.0 <= fps <= 50.0):
         raise ValueError(f"fps = {fps:g}: must be 1 to 50 frames a second")
     time = result.time
+    if time.size < 2:
+        raise ValueError("one instant is no film: run with a smaller every")
     start, end = (time[0], time[-1]) if between is None else between
     if not time[0] <= start < end <= time[-1]:
         raise ValueError(
@@ -375,6 +378,7 @@ class _Scene:
         height = HEAD + scene + STRIP + FOOT
         self.figure = new_figure(WIDTH, height)
         self.figure.set_layout_engine("none")
+        self.figure.set_dpi(DPI)
         FigureCanvasAgg(self.figure)
         across = left / WIDTH, inside / WIDTH
         self._road = self.figure.add_axes(
