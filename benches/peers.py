@@ -493,8 +493,8 @@ def window_case(case: Case) -> tuple[Run, Run]:
 
     def build() -> object:
         sections = np.array([[case.length, *case.per_metre]])
-        mesh = (case.h, "bars", "clamped")
-        return core.Window(sections, *mesh, case.dt, "linear", "zero", False, np.empty(0), 1)
+        mesh, keep = (case.h, "bars", "clamped"), ([], False, np.empty(0), 1)
+        return core.Window(sections, *mesh, case.dt, "linear", "zero", keep)
 
     def run(window: Any) -> Array:
         travelled = case.speed * case.dt * np.arange(case.steps + 1)

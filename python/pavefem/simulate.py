@@ -277,15 +277,8 @@ def forces_on_road(scenario: Scenario, report: Progress | None) -> TireForces:
     distance = scenario.road.length + vehicle.length
     dt, run_in = scenario.scheme.dt, scenario.run_in
     run = plan(vehicle, profile, scenario.speed_kmh, dt, run_in, distance)
-    forces = roll(
-        vehicle,
-        profile,
-        run,
-        scenario.interpolation,
-        scenario.lift_off,
-        TOLERANCE,
-        report,
-    )
+    kind = scenario.interpolation, scenario.lift_off, TOLERANCE
+    forces = roll(vehicle, profile, run, *kind, report)
     if profile is None:
         return forces
     origin = float(profile.x[0]) + run_in
