@@ -86,6 +86,13 @@ def run(
         bool,
         typer.Option("--envelope", help="Keep no histories: for roads of many kilometres."),
     ] = False,
+    store: Annotated[
+        Path | None,
+        typer.Option(
+            help="Zarr store, written as the run goes, in place of --out: for roads of any length. "
+            "The same command again goes on where one was stopped."
+        ),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for result.nc and the pictures.")] = Path("out"),
     cache: Annotated[
         bool, typer.Option(help="Keep transition matrices between runs, in memory and on disk.")
@@ -115,6 +122,12 @@ def run(
         vehicle=vehicle,
         options={key: value for key, value in options.items() if value is not None},
     )
+    if store is not None:
+        kept: Keep = "envelope" if envelope else ("tire_force",)
+        result = run_scenario(inputs, keep=kept, progress=True, store=store)
+        print_figures("pavefem run", result.summary())
+        console.print(f"wrote {store}", highlight=False, soft_wrap=True)
+        return
     check_writable(out)
     keep: Keep = "envelope" if envelope else HISTORIES
     result = run_scenario(inputs, keep=keep, cache=cache, progress=True)
