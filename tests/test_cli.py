@@ -12,7 +12,7 @@ import pytest
 from conftest import DATA, Run
 
 import pavefem as pf
-from pavefem import cli
+from pavefem import cli, store
 
 PNG = b"\x89PNG\r\n\x1a\n"
 IRI_SOREL = DATA / "iri_sorel" / "profile_1.txt"
@@ -383,6 +383,37 @@ def test_ctrl_c_says_stopped(pavefem: Run, monkeypatch: pytest.MonkeyPatch, tmp_
     done = pavefem("run", "--smooth")
     assert done.code == 130
     assert done.err == "error: stopped\n"
+
+
+def test_a_long_road_goes_into_a_store(pavefem: Run, tmp_path: Path) -> None:
+    command = ("run", "--length", "300", "--scheme", "converged", "--store", "run.zarr")
+    done = pavefem(*command)
+    assert done.code == 0, done.err
+    assert "wrote run.zarr" in done.out
+    assert [path.name for path in tmp_path.iterdir()] == ["run.zarr"]
+    result = pf.load_result(tmp_path / "run.zarr")
+    assert result.forces is not None and result.deflection is None
+    assert pavefem(*command).out == done.out
+    info = pavefem("info", "run.zarr")
+    for value in result.summary().values():
+        assert value in done.out and value in info.out
+    assert "holds the run of other inputs" in pavefem(*command, "--speed", "60").error()
+    envelope = pavefem(*command[:-1], "other.zarr", "--envelope")
+    assert envelope.code == 0, envelope.err
+    assert pf.load_result(tmp_path / "other.zarr").forces is None
+    assert 'use a Scheme with solver="window"' in pavefem("run", "--store", "new.zarr").error()
+
+
+def test_ctrl_c_says_what_a_store_holds(pavefem: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(store.Store, "write", interrupt)
+    done = pavefem("run", "--length", "300", "--scheme", "converged", "--store", "run.zarr")
+    assert done.code == 130
+    assert done.err.startswith("error: stopped; run.zarr holds 0 s of 16.")
+    error = pavefem("info", "run.zarr").error()
+    assert error == "run.zarr: not a sound store of a run: no block of its run is done"
 
 
 # --- a real process ---------------------------------------------------------------------------

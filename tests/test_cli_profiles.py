@@ -457,7 +457,9 @@ def test_info_reports_each_file_that_it_cannot_take(
     assert lines[3].strip().startswith("run_in: ")
     assert lines[4].startswith("error: bad.nc: not a sound netCDF file")
     assert lines[5].startswith("error: text.xyz")
-    assert lines[5].endswith("info also takes vehicles and scenarios (.toml) and results (.nc)")
+    assert lines[5].endswith(
+        "info also takes vehicles and scenarios (.toml) and results (.nc, .zarr)"
+    )
     assert len(lines) == 6
 
 
@@ -485,4 +487,4 @@ def test_help_names_units_and_formats(pavefem: Run) -> None:
     for words in ("m/km", ".crg, .erd, .csv", "m, cm, mm, km, in, ft, mi, mil", "--lateral"):
         assert words in text
     text = re.sub(r"\s+", " ", pavefem("info", "--help").out)
-    assert "vehicles and scenarios (.toml) and results (.nc)" in text
+    assert "vehicles and scenarios (.toml) and results (.nc, .zarr)" in text

@@ -22,6 +22,7 @@ __all__ = [
     "WinklerBeam",
     "binder_stiffness",
     "fleet_forces",
+    "forces_in_blocks",
     "iri",
     "mix_modulus",
 ]
@@ -121,6 +122,15 @@ class Window:
     def run(
         self, positions: _Array, forces: _Array, progress: _Progress | None = None
     ) -> tuple[_Array, _Array, _Array, NDArray[np.uint64], _Array]: ...
+    def warm_up(self, speed: float) -> float: ...
+    def run_block(
+        self,
+        positions: _Array,
+        forces: _Array,
+        before: int,
+        warm_up: int,
+        progress: _Progress | None = None,
+    ) -> tuple[int, tuple[_Array, _Array, _Array, NDArray[np.uint64], _Array]]: ...
 
 @final
 class Vehicle:
@@ -148,6 +158,18 @@ def fleet_forces(
     threads: int,
     progress: _Progress | None = None,
 ) -> list[tuple[_Array, _Array, _Array]]: ...
+def forces_in_blocks(
+    vehicle: Vehicle,
+    run: tuple[float, float, int, int],
+    x: _Array,
+    z: _Array,
+    interpolation: str,
+    dt: float,
+    lift_off: bool,
+    tolerance: float,
+    instants: int,
+    take: Callable[[_Array], object],
+) -> None: ...
 
 @final
 class WinklerBeam:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final, Literal, NamedTuple, Self
 
@@ -66,6 +66,13 @@ class TireForces:
     static_loads: NDArray[np.float64]
     lift_off: tuple[LiftOff, ...] = ()
 
+    def seen_from(self, origin: float) -> TireForces:
+        """Count all places from another one, m."""
+        lifted = tuple(
+            replace(lift_off, position=lift_off.position - origin) for lift_off in self.lift_off
+        )
+        return replace(self, position=self.position - origin, lift_off=lifted)
+
     @cached_property
     def dataset(self) -> xr.Dataset:
         """The same as an `xarray.Dataset`, with units."""
@@ -116,6 +123,25 @@ class AxleForces:
         """Take the extremes of a run."""
         force = forces.force
         return cls(forces.static_loads, force.min(axis=0), force.max(axis=0), forces.lift_off)
+
+    @classmethod
+    def none(cls, static_loads: NDArray[np.float64]) -> Self:
+        """Build what holds for no instants."""
+        infinite = np.full(static_loads.shape, np.inf)
+        return cls(static_loads, infinite, -infinite)
+
+    def followed_by(self, other: Self) -> Self:
+        """Take what comes after these instants of the same run along."""
+        lifted = {lift.axle: lift for lift in self.lift_off}
+        for lift in other.lift_off:
+            first = lifted.get(lift.axle, replace(lift, instants=0))
+            lifted[lift.axle] = replace(first, instants=first.instants + lift.instants)
+        return replace(
+            self,
+            lowest=np.minimum(self.lowest, other.lowest),
+            highest=np.maximum(self.highest, other.highest),
+            lift_off=tuple(lifted[axle] for axle in sorted(lifted)),
+        )
 
 
 def tire_forces(
@@ -197,11 +223,8 @@ def roll(
             f"the limit is {MEMORY_LIMIT / 2**30:g}: use a longer dt, a shorter distance, or "
             "fleet_forces"
         )
-    time = run.dt * np.arange(run.steps + 1, dtype=np.float64)
-    position = run.origin + run.speed * time[:, np.newaxis] - vehicle.axle_positions
-    static = vehicle.static_loads
     if profile is None:
-        return TireForces(time, position, np.tile(static, (run.steps + 1, 1)), static)
+        return _forces(run, vehicle, np.tile(vehicle.static_loads, (run.steps + 1, 1)))
     [(force, _, _)] = _core.fleet_forces(
         vehicles=[vehicle.core],
         runs=np.array([run.row]),
@@ -216,12 +239,58 @@ def roll(
         threads=1,
         progress=report,
     )
+    return _forces(run, vehicle, force)
+
+
+def forces_in_blocks(
+    run: Run,
+    vehicle: Vehicle,
+    profile: Profile | None,
+    instants: int,
+    take: Callable[[TireForces], object],
+    *,
+    interpolation: Interpolation,
+    lift_off: bool,
+    tolerance: float = TOLERANCE,
+) -> None:
+    """Run a vehicle as `tire_forces` does; `take` gets its forces so many instants at a time."""
+    first = 0
+
+    def hand_over(force: NDArray[np.float64]) -> None:
+        nonlocal first
+        forces = _forces(run, vehicle, force, first)
+        first += force.shape[0]
+        take(forces)
+
+    if profile is None:
+        while first <= run.steps:
+            rows = min(instants, run.steps + 1 - first)
+            hand_over(np.tile(vehicle.static_loads, (rows, 1)))
+        return
+    _core.forces_in_blocks(
+        vehicle=vehicle.core,
+        run=run.row,
+        x=profile.x,
+        z=profile.z,
+        interpolation=interpolation,
+        dt=run.dt,
+        lift_off=lift_off,
+        tolerance=tolerance,
+        instants=instants,
+        take=hand_over,
+    )
+
+
+def _forces(run: Run, vehicle: Vehicle, force: NDArray[np.float64], first: int = 0) -> TireForces:
+    """Put time and places to the forces of the instants from `first` on."""
+    time = run.dt * np.arange(first, first + force.shape[0], dtype=np.float64)
+    position = run.origin + run.speed * time[:, np.newaxis] - vehicle.axle_positions
     lifted = tuple(
         LiftOff(axle + 1, int(off.sum()), float(position[off.argmax(), axle]))
         for axle, off in enumerate((force <= 0.0).T)
         if off.any()
     )
-    return TireForces(time, position, force, static, lifted)
+    return TireForces(time, position, force, vehicle.static_loads, lifted)
 
 
 class Run(NamedTuple):

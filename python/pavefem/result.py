@@ -112,7 +112,7 @@ class Result:
     @property
     def tire_forces(self) -> xr.DataArray:
         """Tire force (time, axle), N."""
-        if self.forces is None:
+        if "tire_force" not in self.dataset:
             raise ValueError('tire forces were not kept: run with keep=["tire_force", ...]')
         return self.dataset["tire_force"]
 
@@ -212,7 +212,6 @@ class Result:
 
     def _attributes(self) -> dict[str, Any]:
         scenario = self.scenario
-        lifted = self.axles.lift_off
         return {
             "title": "Pavement response to a vehicle",
             "pavefem_version": version("pavefem"),
@@ -221,7 +220,7 @@ class Result:
             "temperature_c": scenario.temperature_c,
             "road_length": scenario.road.length,
             "max_deflection": self.max_deflection,
-            "lift_off": json.dumps([[lift.axle, lift.instants, lift.position] for lift in lifted]),
+            "lift_off": lift_off_text(self.axles),
             "scenario": scenario.model_dump_json(),
         }
 
@@ -305,16 +304,28 @@ class Result:
             self.dataset.to_netcdf(file, engine="h5netcdf")
 
 
+def lift_off_text(axles: AxleForces) -> str:
+    """Where axles lifted off, as files have it."""
+    return json.dumps([[lift.axle, lift.instants, lift.position] for lift in axles.lift_off])
+
+
 def load_result(path: str | os.PathLike[str]) -> Result:
-    """Read a result that `Result.to_netcdf` wrote.
+    """Read a result that `Result.to_netcdf` wrote, or open a store of `run`.
+
+    Of a store, histories are read when they are asked for. The store of a run that is not finished
+    is opened as far as it goes, with a warning that says how far.
 
     Raises
     ------
     FormatError
-        If the file is not netCDF or not a pavefem result.
+        If the file is not netCDF or not a pavefem result, or a store is damaged or without a block.
     FileNotFoundError
         If there is no such file.
     """
+    from pavefem import store  # it is made of results
+
+    if store.is_store(Path(path)):
+        return store.open_result(Path(path))
     if not Path(path).is_file():
         raise FileNotFoundError(f"no such file: {os.fspath(path)}")
     try:
@@ -322,7 +333,7 @@ def load_result(path: str | os.PathLike[str]) -> Result:
     except (OSError, ValueError, LookupError, RuntimeError, AttributeError) as error:
         raise FormatError(f"not a sound netCDF file: {error}", path=path) from None
     try:
-        return _from_dataset(dataset)
+        return from_dataset(dataset)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise FormatError(f"not a pavefem result: {error}", path=path) from None
 
@@ -368,7 +379,8 @@ def _check_dataset(dataset: xr.Dataset) -> None:
             raise ValueError(f"{name} lacks a coordinate of {dims}")
 
 
-def _from_dataset(dataset: xr.Dataset) -> Result:
+def from_dataset(dataset: xr.Dataset) -> Result:
+    """Build the result that a dataset is of; a ValueError or the like if it is of none."""
     _check_dataset(dataset)
     inputs = json.loads(dataset.attrs["scenario"])
     absent = [name for name in Scenario.model_fields if name not in inputs]

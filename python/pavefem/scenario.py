@@ -11,7 +11,7 @@ from pydantic import ConfigDict, ValidationInfo, field_serializer, field_validat
 
 from pavefem._model import Model, NotNegative, Number, Positive
 from pavefem._tables import make, read_toml, told_of
-from pavefem.forces import Interpolation
+from pavefem.forces import Interpolation, Run, plan
 from pavefem.formats import read_profile
 from pavefem.profile import Profile
 from pavefem.road import Road
@@ -125,6 +125,18 @@ class Scenario(Model):
                 f"of {self.run_in:g} m and the road of {self.road.length:g} m need {needed:g} m"
             )
         return self
+
+    @property
+    def origin(self) -> float:
+        """Station of the profile at the road's x = 0, m."""
+        return 0.0 if self.profile is None else float(self.profile.x[0]) + self.run_in
+
+    @property
+    def plan(self) -> Run:
+        """The vehicle's run: from the front axle at x = 0 until the last axle leaves the road."""
+        distance = self.road.length + self.vehicle.length
+        dt = self.scheme.dt
+        return plan(self.vehicle, self.profile, self.speed_kmh, dt, self.run_in, distance)
 
     @field_serializer("profile")
     def _profile_in_short(self, profile: Profile | None) -> dict[str, Any] | None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import partial
-from typing import Final, Literal
+from pathlib import Path
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -22,7 +24,6 @@ from pavefem.forces import (
     Interpolation,
     Progress,
     TireForces,
-    plan,
     roll,
 )
 from pavefem.profile import Profile
@@ -31,6 +32,7 @@ from pavefem.result import Result
 from pavefem.road import Road
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
+from pavefem.stream import Record, stream
 from pavefem.vehicle import Vehicle
 
 Keep = Sequence[Quantity | Literal["tire_force"]] | Literal["envelope"]
@@ -57,6 +59,7 @@ def simulate(
     stations: Sequence[float] | None = None,
     cache: bool = True,
     progress: bool = False,
+    store: str | os.PathLike[str] | None = None,
 ) -> Result:
     """Deflection of a road under a vehicle that crosses it at constant speed.
 
@@ -98,6 +101,11 @@ def simulate(
         Whether transition matrices are kept between runs, in memory and on disk.
     progress : bool
         Show progress when the run takes over a second.
+    store : path, optional
+        A zarr store to write block by block, for roads of any length: memory does not grow with the
+        road, and what is done outlasts a Ctrl-C, a kill or a full disk. The same call again goes on
+        after the last block that is done. By the moving window only; histories of the pavement are
+        kept at stations. Those of the result stay in the store until they are asked for.
 
     Returns
     -------
@@ -106,9 +114,14 @@ def simulate(
     Raises
     ------
     ValueError
-        If an input is out of range or the inputs do not fit together; the message names it.
+        If an input is out of range or the inputs do not fit together, or the store is that of
+        another run; the message names it.
     SolverError
         If a matrix is singular or the response is not finite.
+    OSError
+        If the store cannot be written; the blocks that are done stay.
+    ImportError
+        If zarr is not installed, for a store.
 
     Warns
     -----
@@ -126,7 +139,15 @@ def simulate(
         interpolation=interpolation,
         lift_off=lift_off,
     )
-    return run(scenario, keep=keep, every=every, stations=stations, cache=cache, progress=progress)
+    return run(
+        scenario,
+        keep=keep,
+        every=every,
+        stations=stations,
+        cache=cache,
+        progress=progress,
+        store=store,
+    )
 
 
 def run(
@@ -137,10 +158,13 @@ def run(
     stations: Sequence[float] | None = None,
     cache: bool = True,
     progress: bool = False,
+    store: str | os.PathLike[str] | None = None,
 ) -> Result:
     """Run a scenario; see `simulate`."""
     if not isinstance(scenario, Scenario):
         raise ValueError(f"scenario is a {type(scenario).__name__}: must be a Scenario")
+    if store is not None:
+        return _into_store(scenario, _kept(scenario, keep, every, stations), Path(store), progress)
     return answer(
         scenario,
         keep=keep,
@@ -167,6 +191,55 @@ def answer(
     `bar` gives what each of the two parts of the work reports to; without `files`, transition
     matrices are kept in memory only; `forces_of` finds the tire forces, if somebody has them.
     """
+    kept = _kept(scenario, keep, every, stations)
+    _check_size(scenario, kept)
+    stepper, x = _stepper(scenario, kept.for_core, cache, files)
+    with bar("vehicle") as report:
+        forces = (forces_of or forces_on_road)(scenario, report)
+    with bar("pavement") as report:
+        record = stepper.run(forces.position, forces.force, report)
+    return kept.result(scenario, x, forces, record)
+
+
+class _Kept(NamedTuple):
+    """What is kept of a run."""
+
+    along: Sequence[Quantity]
+    """Quantities of the pavement."""
+    tire_force: bool
+    stations: np.ndarray | None
+    every: int
+
+    @property
+    def for_core(self) -> tuple[list[str], bool, np.ndarray, int]:
+        """The same as the core takes it."""
+        places = np.empty(0) if self.stations is None else self.stations
+        nodes = bool(self.along) and self.stations is None
+        return core_names(self.along), nodes, places, self.every
+
+    def result(
+        self, scenario: Scenario, x: np.ndarray, forces: TireForces, record: Record
+    ) -> Result:
+        """Make the result of what the core has kept at some nodes and instants."""
+        history, lowest, highest, step, passes = record
+        places = x if self.stations is None else self.stations
+        return Result(
+            scenario=scenario,
+            x=x,
+            lowest=lowest,
+            highest=highest,
+            time_of_lowest=step.astype(np.float64) * scenario.scheme.dt,
+            peak_deflection=np.abs(passes),
+            axles=AxleForces.of(forces),
+            time=forces.time[:: self.every],
+            histories=histories(history, self.along, places, scenario.road),
+            stations=self.stations,
+            forces=_thin(forces, self.every) if self.tire_force else None,
+        )
+
+
+def _kept(scenario: Scenario, keep: Keep, every: int, stations: Sequence[float] | None) -> _Kept:
+    """Check what is to be kept."""
     quantities = check_keep(keep)
     every = whole_number("every", every)
     places = np.asarray([] if stations is None else stations, dtype=np.float64)
@@ -183,32 +256,42 @@ def answer(
             f'keep = {keep!r}: solver="dense" answers deflections only; for {", ".join(beyond)} '
             'use solver="window", as Scheme.converged() or Scheme.paper(solver="window") has it'
         )
-    _check_size(scenario, len(core_names(along)), places.size, every, stations is None)
-    kept = (core_names(along), bool(along) and stations is None, places, every)
-    stepper, x = _stepper(scenario, kept, cache, files)
-    with bar("vehicle") as report:
-        forces = (forces_of or forces_on_road)(scenario, report)
-    with bar("pavement") as report:
-        history, lowest, highest, step, passes = stepper.run(forces.position, forces.force, report)
-    return Result(
-        scenario=scenario,
-        x=x,
-        lowest=lowest,
-        highest=highest,
-        time_of_lowest=step.astype(np.float64) * scenario.scheme.dt,
-        peak_deflection=np.abs(passes),
-        axles=AxleForces.of(forces),
-        time=forces.time[::every],
-        histories=histories(history, along, x if stations is None else places, scenario.road),
-        stations=None if stations is None else places,
-        forces=_thin(forces, every) if "tire_force" in quantities else None,
+    return _Kept(along, "tire_force" in quantities, None if stations is None else places, every)
+
+
+def _into_store(scenario: Scenario, kept: _Kept, path: Path, progress: bool) -> Result:
+    """Run block by block."""
+    if scenario.scheme.solver != "window":
+        raise ValueError(
+            'a store is written by the moving window: use a Scheme with solver="window", as '
+            'scheme="converged" has it'
+        )
+    if kept.along and kept.stations is None:
+        raise ValueError(
+            f"a store keeps histories of {', '.join(kept.along)} at stations, not at all nodes: "
+            'give stations=[...], or keep=["tire_force"] or "envelope"'
+        )
+    names, _, stations, every = for_core = kept.for_core
+    window, _ = _stepper(scenario, for_core, cache=False, files=False)
+    assert isinstance(window, _core.Window)
+    run = digest(stations, scenario.model_dump_json(), sorted(kept.along), kept.tire_force, every)
+    if scenario.profile is not None:
+        run = digest(scenario.profile.x, digest(scenario.profile.z, run))
+    return stream(
+        scenario,
+        window,
+        kept.result,
+        path,
+        digest=run.hex(),
+        columns=len(names) * stations.size,
+        every=every,
+        progress=progress,
     )
 
 
-def _check_size(
-    scenario: Scenario, quantities: int, stations: int, every: int, nodes: bool
-) -> None:
+def _check_size(scenario: Scenario, kept: _Kept) -> None:
     """Refuse, before any work, a mesh or histories that no memory holds."""
+    names, nodes, stations, every = kept.for_core
     road, scheme = scenario.road, scenario.scheme
     elements = sum(section.length / scheme.element_length for section in road.sections)
     if scheme.solver == "dense" and not 2.0 * elements < _core.DENSE_LIMIT + 4.0:
@@ -218,7 +301,7 @@ def _check_size(
             'use a Scheme with solver="window", a shorter road or longer elements'
         )
     steps = (road.length + scenario.vehicle.length) / (float(kmh(scenario.speed_kmh)) * scheme.dt)
-    columns = quantities * (elements if nodes else stations)
+    columns = len(names) * (elements if nodes else stations.size)
     axles = len(scenario.vehicle.tires)
     size = 8.0 * steps * (columns / every + 4.0 * axles)
     if not size < MEMORY_LIMIT:
@@ -273,19 +356,9 @@ def _stepper(
 
 def forces_on_road(scenario: Scenario, report: Progress | None) -> TireForces:
     """Tire forces from the front axle at x = 0 until the last axle leaves the road."""
-    vehicle, profile = scenario.vehicle, scenario.profile
-    distance = scenario.road.length + vehicle.length
-    dt, run_in = scenario.scheme.dt, scenario.run_in
-    run = plan(vehicle, profile, scenario.speed_kmh, dt, run_in, distance)
     kind = scenario.interpolation, scenario.lift_off, TOLERANCE
-    forces = roll(vehicle, profile, run, *kind, report)
-    if profile is None:
-        return forces
-    origin = float(profile.x[0]) + run_in
-    lifted = tuple(
-        replace(lift_off, position=lift_off.position - origin) for lift_off in forces.lift_off
-    )
-    return replace(forces, position=forces.position - origin, lift_off=lifted)
+    forces = roll(scenario.vehicle, scenario.profile, scenario.plan, *kind, report)
+    return forces.seen_from(scenario.origin)
 
 
 def _thin(forces: TireForces, every: int) -> TireForces:

@@ -16,9 +16,10 @@ from pavefem.formats import PROFILE_READERS
 from pavefem.profile import Profile
 from pavefem.result import load_result
 from pavefem.scenario import Scenario
+from pavefem.store import is_store
 from pavefem.vehicle import Vehicle
 
-OTHERS: Final = "vehicles and scenarios (.toml) and results (.nc)"
+OTHERS: Final = "vehicles and scenarios (.toml) and results (.nc, .zarr)"
 """What is summed up beside profiles."""
 
 
@@ -53,7 +54,7 @@ def info(
 def _summary(path: Path, reader: dict[str, Any]) -> tuple[str, Path, dict[str, str]]:
     """Return what kind of file it is, and its figures."""
     suffix = path.suffix.lower()
-    if suffix == ".nc":
+    if suffix == ".nc" or is_store(path):
         return "result", path, load_result(path).summary()
     if suffix == ".toml":
         if vehicles.TABLE_KEYS & read_toml(path).keys():

@@ -90,6 +90,13 @@ def run(
         bool,
         typer.Option("--animate", help="Draw a film of the run, too; it takes some 10 s."),
     ] = False,
+    store: Annotated[
+        Path | None,
+        typer.Option(
+            help="Zarr store, written as the run goes, in place of --out: for roads of any length. "
+            "The same command again goes on where one was stopped."
+        ),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for result.nc and the pictures.")] = Path("out"),
     cache: Annotated[
         bool, typer.Option(help="Keep transition matrices between runs, in memory and on disk.")
@@ -123,6 +130,14 @@ def run(
     )
     if envelope and animate:
         raise ValueError("--animate needs the histories that --envelope leaves out")
+    if store is not None:
+        if animate:
+            raise ValueError("--animate needs the histories of all nodes, which --store leaves out")
+        kept: Keep = "envelope" if envelope else ("tire_force",)
+        result = run_scenario(inputs, keep=kept, progress=True, store=store)
+        print_figures("pavefem run", result.summary())
+        console.print(f"wrote {store}", highlight=False, soft_wrap=True)
+        return
     check_writable(out)
     keep: Keep = "envelope" if envelope else HISTORIES
     result = run_scenario(inputs, keep=keep, cache=cache, progress=True)

@@ -44,8 +44,8 @@ def reporting() -> Iterator[None]:
     except MISTAKES as error:
         _print_mistake(error)
         raise typer.Exit(2) from None
-    except KeyboardInterrupt:
-        report_error("stopped")
+    except KeyboardInterrupt as error:
+        report_error("; ".join(["stopped", *getattr(error, "__notes__", ())]))
         raise typer.Exit(130) from None
 
 

@@ -24,7 +24,7 @@ mod _core {
     #[pymodule_export]
     use crate::roughness::iri;
     #[pymodule_export]
-    use crate::vehicle::{Vehicle, fleet_forces};
+    use crate::vehicle::{Vehicle, fleet_forces, forces_in_blocks};
 
     #[pymodule_export]
     const GRAVITY: f64 = pavefem_core::vehicle::GRAVITY;

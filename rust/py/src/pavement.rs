@@ -264,11 +264,27 @@ fn run<'py>(
     columns: usize,
     work: impl FnOnce(&Loads<'_>, &mut Watch<'_>) -> Result<Record> + Send,
 ) -> PyResult<Answer<'py>> {
+    let record = under(py, positions, forces, progress, work)?;
+    answer(py, record, columns)
+}
+
+/// Work on loads without the interpreter.
+fn under<T: Send>(
+    py: Python<'_>,
+    positions: &PyReadonlyArray2<'_, f64>,
+    forces: &PyReadonlyArray2<'_, f64>,
+    progress: Option<Py<PyAny>>,
+    work: impl FnOnce(&Loads<'_>, &mut Watch<'_>) -> Result<T> + Send,
+) -> PyResult<T> {
     let axles = positions.as_array().dim().1;
     let (positions, forces) = (rows(positions), rows(forces));
-    let Record { history, envelope } = detached(py, progress.as_ref(), |watch| {
+    detached(py, progress.as_ref(), |watch| {
         work(&Loads { axles, positions: &positions, forces: &forces }, watch)
-    })?;
+    })
+}
+
+fn answer(py: Python<'_>, record: Record, columns: usize) -> PyResult<Answer<'_>> {
+    let Record { history, envelope } = record;
     let nodes = envelope.lowest.len();
     Ok((
         table(py, history, columns)?,
@@ -319,5 +335,29 @@ impl Window {
         run(py, &positions, &forces, progress, self.0.columns(), |loads, watch| {
             self.0.run(loads, watch)
         })
+    }
+
+    /// How many instants warm a block up at a speed, m/s; infinite where nothing damps it out.
+    fn warm_up(&self, speed: f64) -> PyResult<f64> {
+        self.0.warm_up(speed).map_err(exception)
+    }
+
+    /// A part of a run, with instants of the run ahead of the loads, and of the loads ahead of what is
+    /// kept: the first node, and what `run` gives from that node on.
+    #[pyo3(signature = (positions, forces, before, warm_up, progress=None))]
+    fn run_block<'py>(
+        &self,
+        py: Python<'py>,
+        positions: PyReadonlyArray2<'_, f64>,
+        forces: PyReadonlyArray2<'_, f64>,
+        before: usize,
+        warm_up: usize,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(usize, Answer<'py>)> {
+        let lead = window::Lead { before, warm_up };
+        let block = under(py, &positions, &forces, progress, |loads, watch| {
+            self.0.run_block(loads, lead, watch)
+        })?;
+        Ok((block.first_node, answer(py, block.record, self.0.columns())?))
     }
 }

@@ -100,8 +100,7 @@ pub(crate) fn fleet_forces<'py>(
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Kept<'py>>> {
-    let kinds = [("linear", Interpolation::Linear), ("staircase", Interpolation::Staircase)];
-    let interpolation = choice("interpolation", interpolation, &kinds)?;
+    let interpolation = interpolated(interpolation)?;
     let (x, z) = (vector(&x), vector(&z));
     let keep = Keep { every, stations: vector(&stations) };
     let threads = NonZero::new(threads)
@@ -122,6 +121,47 @@ pub(crate) fn fleet_forces<'py>(
         vehicle::fleet(&passages, &profile, &keep, threads, watch)
     })?;
     found.into_iter().map(|record| kept(py, record)).collect()
+}
+
+/// Run a vehicle, its run being a row as `fleet_forces` takes it, and call `take(forces)` with so many
+/// instants at a time; what `take` raises ends the run.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "each is a plain value the run needs")]
+pub(crate) fn forces_in_blocks(
+    py: Python<'_>,
+    vehicle: Py<Vehicle>,
+    run: (f64, f64, usize, usize),
+    x: PyReadonlyArray1<'_, f64>,
+    z: PyReadonlyArray1<'_, f64>,
+    interpolation: &str,
+    dt: f64,
+    lift_off: bool,
+    tolerance: f64,
+    instants: usize,
+    take: Py<PyAny>,
+) -> PyResult<()> {
+    let interpolation = interpolated(interpolation)?;
+    let (x, z) = (vector(&x), vector(&z));
+    let (speed, start, skip, steps) = run;
+    let run = Run { speed, dt, start, skip, steps, lift_off, tolerance };
+    let passage = Passage { vehicle: &vehicle.get().0, run };
+    let axles = passage.vehicle.static_loads().len();
+    let mut raised = None;
+    let mut hand_over = |forces: &[f64]| {
+        let taken = Python::attach(|py| take.call1(py, (table(py, forces.to_vec(), axles)?,)));
+        raised = taken.err();
+        raised.is_none()
+    };
+    let outcome = detached(py, None, |watch| {
+        let profile = Profile::new(&x, &z, interpolation)?;
+        vehicle::in_blocks(&passage, &profile, instants, &mut hand_over, watch)
+    });
+    raised.map_or(outcome, Err)
+}
+
+fn interpolated(name: &str) -> PyResult<Interpolation> {
+    let kinds = [("linear", Interpolation::Linear), ("staircase", Interpolation::Staircase)];
+    choice("interpolation", name, &kinds)
 }
 
 fn kept(py: Python<'_>, record: Record) -> PyResult<Kept<'_>> {

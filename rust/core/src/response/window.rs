@@ -6,6 +6,8 @@
 //! very elements that are there. A run is cut into as many parts of time as a vector has lanes; each
 //! starts from rest as long before its first instant as the pavement remembers.
 
+use std::ops::Range;
+
 use pulp::{Arch, Simd, WithSimd};
 
 use super::Hold;
@@ -13,7 +15,7 @@ use super::passes::Passes;
 use super::record::{Envelope, Keep, Record};
 use super::sdirk::{STAGES, Windows};
 use crate::analytical::WinklerBeam;
-use crate::error::{Result, Watch, diverged, go_on, invalid, positive, reserve};
+use crate::error::{Result, Watch, check_count, diverged, go_on, invalid, positive, reserve};
 use crate::pavement::load::{Loads, TRACK_SHARE};
 use crate::pavement::{Mesh, Reading, Weights};
 
@@ -27,8 +29,8 @@ const LEAST_STEPS: f64 = 16.0;
 /// Spacing of bars, in decay lengths of a continuous bed, above which they are none.
 const WIDEST_BARS: f64 = 2.5;
 
-/// Steps between two looks at the watcher.
-const WATCHED: usize = 256;
+/// Nodes stepped between two looks at the watcher: a millisecond or so.
+const WATCHED: usize = 1 << 16;
 
 /// A road ready to be stepped through a window.
 #[derive(Debug)]
@@ -72,7 +74,37 @@ impl Road {
     /// axle that goes back, [`Error::Diverged`](crate::error::Error::Diverged), [`Error::Stopped`](crate::error::Error::Stopped).
     pub fn run(&self, loads: &Loads<'_>, watch: &mut Watch<'_>) -> Result<Record> {
         let instants = loads.check()?;
-        Arch::new().dispatch(Run { road: self, loads, instants, watch })
+        let run = Run { road: self, loads, instants, block: None, watch };
+        Arch::new().dispatch(run).map(|block| block.record)
+    }
+
+    /// Deflection of the road during a part of a run, within [`TOLERANCE`] of the whole run's. Instants
+    /// are numbered as in the whole run.
+    ///
+    /// The envelope has the last instant of the warm-up again: where an extreme lies beyond that, only
+    /// the instant after it tells.
+    ///
+    /// # Errors
+    /// As [`Road::run`]; [`Error::Invalid`](crate::error::Error::Invalid) for a warm-up that is too
+    /// short.
+    pub fn run_block(&self, loads: &Loads<'_>, lead: Lead, watch: &mut Watch<'_>) -> Result<Block> {
+        let instants = loads.check()?;
+        let allowed = format!("below the {instants} instants of the loads");
+        check_count("warm_up", lead.warm_up, &allowed, |warm_up| warm_up < instants)?;
+        let least = self.warm_up(loads.speed(self.dt))?;
+        let allowed = format!("at least {least} instants, or all that are ahead");
+        let suffices = |warm_up| lead.before == 0 || warm_up as f64 >= least;
+        check_count("warm_up", lead.warm_up, &allowed, suffices)?;
+        Arch::new().dispatch(Run { road: self, loads, instants, block: Some(lead), watch })
+    }
+
+    /// How many instants warm a block up at a speed, m/s: as many as the pavement remembers, and one;
+    /// infinite where nothing damps it out.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::error::Error::Invalid) for a speed or a pavement out of range.
+    pub fn warm_up(&self, speed: f64) -> Result<f64> {
+        self.extent(speed).map(|(_, steps)| steps + 1.0)
     }
 
     /// How far ahead of the axles and behind them the window goes, m, and how many steps the
@@ -105,6 +137,24 @@ impl Road {
     }
 }
 
+/// What is ahead of a part of a run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Lead {
+    /// Instants of the run that are not among the loads.
+    pub before: usize,
+    /// Instants of the loads that only warm the pavement up.
+    pub warm_up: usize,
+}
+
+/// What was kept of a part of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// First of the nodes that the window came by; the others were at rest.
+    pub first_node: usize,
+    /// Their envelope, and the histories.
+    pub record: Record,
+}
+
 /// A part of a run: from rest at `begin`, counted from `from` on, up to before `end`.
 struct Part<'a> {
     begin: usize,
@@ -120,41 +170,52 @@ struct Run<'a, 'w> {
     road: &'a Road,
     loads: &'a Loads<'a>,
     instants: usize,
+    /// The whole run without one.
+    block: Option<Lead>,
     watch: &'a mut Watch<'w>,
 }
 
 impl WithSimd for Run<'_, '_> {
-    type Output = Result<Record>;
+    type Output = Result<Block>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Result<Record> {
-        let Self { road, loads, instants, watch } = self;
+    fn with_simd<S: Simd>(self, simd: S) -> Result<Block> {
+        let Self { road, loads, instants, block, watch } = self;
+        let Lead { before, warm_up } = block.unwrap_or_default();
         let mesh = &road.mesh;
         let (reach, memory) = road.extent(loads.speed(road.dt))?;
         let nodes = window_nodes(mesh, loads, reach);
         let first = |instant, first| first_node(mesh, loads, instant, reach[1], nodes, first);
-        let mut parts: Vec<Part<'_>> = parts(instants, S::F64_LANES, memory)
-            .map(|[begin, from, end]| {
-                let passes = Passes::new(mesh, loads, begin);
-                Part { begin, from, end, first: first(begin, 0).unwrap_or(0), passes }
-            })
-            .collect();
+        let mut parts: Vec<Part<'_>> =
+            parts(warm_up.saturating_sub(1)..instants, S::F64_LANES, memory)
+                .map(|[begin, from, end]| {
+                    let passes = Passes::new(mesh, loads, begin);
+                    Part { begin, from, end, first: first(begin, 0).unwrap_or(0), passes }
+                })
+                .collect();
         let mut windows = Windows::new(nodes, S::F64_LANES, road.dt, road.hold == Hold::First);
-        let mut envelope = Envelope::zeros(mesh.len(), loads.axles);
+        let passed = match block {
+            None => 0..mesh.len(),
+            Some(_) => passed(&parts, nodes, first),
+        };
+        let mut envelope = Envelope::zeros(passed.len(), loads.axles);
         let columns = road.columns();
         let mut history = Vec::new();
-        let rows = if columns > 0 { instants.div_ceil(road.keep.every) } else { 0 };
+        let rows_before = |instant: usize| (before + instant).div_ceil(road.keep.every);
+        let first_row = rows_before(warm_up);
+        let rows = if columns > 0 { rows_before(instants) - first_row } else { 0 };
         reserve(&mut history, rows.saturating_mul(columns))?;
         history.resize(rows * columns, 0.0);
         let longest = parts.iter().map(|part| part.end - part.begin).max().unwrap_or(0);
         for (lane, part) in parts.iter().enumerate() {
             windows.fill(lane, mesh, part.first);
         }
+        let watched = (WATCHED / nodes).max(1);
         for tick in 0..longest {
-            if tick % WATCHED == 0 {
+            if tick % watched == 0 {
                 go_on(watch, tick, longest)?;
                 if !windows.is_sound() {
-                    return Err(diverged("deflection", tick, road.dt));
+                    return Err(diverged("deflection", before + tick, road.dt));
                 }
             }
             windows.unload();
@@ -162,26 +223,28 @@ impl WithSimd for Run<'_, '_> {
                 let instant = part.begin + tick;
                 let counts = (part.from..part.end).contains(&instant);
                 let between = road.hold == Hold::First && instant > 0 && instant + 1 < instants;
-                windows.count(lane, instant, counts, between);
+                let number = before + instant;
+                windows.count(lane, number, counts, between);
                 if instant >= part.end {
                     continue;
                 }
-                if counts && columns > 0 && instant.is_multiple_of(road.keep.every) {
-                    let row = instant / road.keep.every;
+                let kept = counts && instant >= warm_up && number.is_multiple_of(road.keep.every);
+                if kept && columns > 0 {
+                    let row = number / road.keep.every - first_row;
                     let row = &mut history[row * columns..(row + 1) * columns];
                     road.read(&windows, lane, part.first, row);
                 }
                 if let Some(first) = first(instant, part.first) {
                     while part.first < first {
                         let axle = part.passes.axle(part.first);
-                        envelope.take(part.first, axle, windows.shift(lane));
+                        envelope.take(part.first - passed.start, axle, windows.shift(lane));
                         part.first += 1;
                         windows.fill(lane, mesh, part.first);
                     }
                 }
                 part.passes.advance(instant, |node, axle| {
                     if let Some(at) = node.checked_sub(part.first).filter(|at| *at < nodes) {
-                        envelope.take(node, axle, windows.take(lane, at));
+                        envelope.take(node - passed.start, axle, windows.take(lane, at));
                     }
                 });
                 if instant + 1 < instants {
@@ -193,14 +256,15 @@ impl WithSimd for Run<'_, '_> {
         for (lane, part) in parts.iter().enumerate() {
             for node in 0..nodes {
                 let axle = part.passes.axle(part.first + node);
-                envelope.take(part.first + node, axle, windows.take(lane, node));
+                let at = part.first + node - passed.start;
+                envelope.take(at, axle, windows.take(lane, node));
             }
         }
         go_on(watch, longest, longest)?;
         if !windows.is_sound() {
-            return Err(diverged("deflection", instants - 1, road.dt));
+            return Err(diverged("deflection", before + instants - 1, road.dt));
         }
-        Ok(Record { history, envelope })
+        Ok(Block { first_node: passed.start, record: Record { history, envelope } })
     }
 }
 
@@ -288,12 +352,27 @@ fn first_node(
     Some(mesh.place(start).map_or(0, |place| place.element).min(furthest))
 }
 
-/// Cut a run into at most so many parts, where that saves more than the run-in of each costs: the
-/// instants that each begins, counts from and ends at.
-fn parts(instants: usize, lanes: usize, memory: f64) -> impl Iterator<Item = [usize; 3]> {
-    let worth = memory < 0.5 * instants as f64;
-    let (count, memory) = if worth { (lanes, memory as usize) } else { (1, 0) };
-    let at = move |part: usize| part * instants / count;
+/// The nodes that the windows of all parts come by.
+fn passed(
+    parts: &[Part<'_>],
+    nodes: usize,
+    first_node: impl Fn(usize, usize) -> Option<usize>,
+) -> Range<usize> {
+    let furthest = |part: &Part<'_>| {
+        let on = |first, instant| first_node(instant, first).unwrap_or(first).max(first);
+        (part.begin..part.end).fold(part.first, on)
+    };
+    let first = parts.iter().map(|part| part.first).min().unwrap_or(0);
+    first..parts.iter().map(furthest).max().unwrap_or(0) + nodes
+}
+
+/// Cut the instants that count into at most so many parts, where that saves more than the run-in of
+/// each costs: the instants that each begins, counts from and ends at. What is ahead of them is for
+/// the run-in of the first part.
+fn parts(instants: Range<usize>, lanes: usize, memory: f64) -> impl Iterator<Item = [usize; 3]> {
+    let worth = memory < 0.5 * instants.len() as f64;
+    let (count, memory) = if worth { (lanes, memory as usize) } else { (1, instants.start) };
+    let at = move |part: usize| instants.start + part * instants.len() / count;
     let part = move |number: usize| [at(number).saturating_sub(memory), at(number), at(number + 1)];
     (0..count).map(part).filter(|[_, from, end]| from < end)
 }

@@ -70,9 +70,9 @@ pub fn fleet(
         let group: Vec<_> = group.iter().map(|&number| passages[number]).collect();
         match group.as_slice() {
             [passage] if !passage.is_linear() => {
-                nonlinear::run(passage, profile, keep, watch).map(|record| vec![record])
+                nonlinear::run(passage, profile, keep, None, watch).map(|record| vec![record])
             }
-            group => Arch::new().dispatch(Lanes { group, profile, keep, watch }),
+            group => Arch::new().dispatch(Lanes { group, profile, keep, outlet: None, watch }),
         }
     };
     let mut records: Vec<Option<Record>> = passages.iter().map(|_| None).collect();

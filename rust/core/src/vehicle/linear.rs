@@ -3,7 +3,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::contact::{Profile, Wheel};
-use super::record::{Keep, Keeper, Record, Sums};
+use super::record::{Keep, Keeper, Outlet, Record, Sums};
 use super::run::{Passage, WATCHED};
 use crate::error::{Result, Watch, diverged, go_on, unwatched};
 use crate::linalg::{DMatrix, multiply};
@@ -71,6 +71,8 @@ pub(super) struct Lanes<'a, 'w> {
     pub(super) group: &'a [Passage<'a>],
     pub(super) profile: &'a Profile<'a>,
     pub(super) keep: &'a Keep,
+    /// Where the history of the first vehicle goes.
+    pub(super) outlet: Option<Outlet<'a>>,
     pub(super) watch: &'a mut Watch<'w>,
 }
 
@@ -79,7 +81,7 @@ impl WithSimd for Lanes<'_, '_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
-        let Self { group, profile, keep, watch } = self;
+        let Self { group, profile, keep, mut outlet, watch } = self;
         let Some(Passage { vehicle, .. }) = group.first() else { return Ok(Vec::new()) };
         let (states, tires) = (2 * vehicle.system().len(), vehicle.tires.len());
         let (lanes, size) = (S::F64_LANES, states + tires);
@@ -105,7 +107,7 @@ impl WithSimd for Lanes<'_, '_> {
                     vector[state * lanes + lane] -= step.ends[(state, i)] * elevation;
                 }
             }
-            keepers.push(Keeper::new(passage, keep)?);
+            keepers.push(Keeper::new(passage, keep, outlet.take())?);
         }
         let longest = group.iter().map(|passage| passage.run.total()).max().unwrap_or(0);
         for step in 0..=longest {
@@ -128,7 +130,7 @@ impl WithSimd for Lanes<'_, '_> {
             sums.take(simd, &forces);
             if keep.asks() {
                 for (lane, keeper) in keepers.iter_mut().enumerate() {
-                    keeper.take(step, |axle| forces[axle * lanes + lane]);
+                    keeper.take(step, |axle| forces[axle * lanes + lane])?;
                 }
             }
             vector[..states * lanes].copy_from_slice(next);

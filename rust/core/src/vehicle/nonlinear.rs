@@ -12,7 +12,7 @@ use pulp::Scalar;
 
 use super::contact::{Profile, Wheel};
 use super::model::Tire;
-use super::record::{Keep, Keeper, Record, Sums};
+use super::record::{Keep, Keeper, Outlet, Record, Sums};
 use super::run::{Passage, WATCHED};
 use crate::error::{Error, Result, Watch, diverged, go_on, unwatched};
 use crate::linalg::DMatrix;
@@ -247,10 +247,11 @@ impl<'a> Model<'a> {
 }
 
 /// Run a vehicle with lift-off, dry friction or both.
-pub(super) fn run(
-    passage: &Passage<'_>,
+pub(super) fn run<'a>(
+    passage: &'a Passage<'a>,
     profile: &Profile<'_>,
-    keep: &Keep,
+    keep: &'a Keep,
+    outlet: Option<Outlet<'a>>,
     watch: &mut Watch<'_>,
 ) -> Result<Record> {
     let Passage { vehicle, run } = passage;
@@ -259,7 +260,7 @@ pub(super) fn run(
         vehicle.tires.iter().map(|tire| Wheel::new(profile, tire.print)).collect();
     let tires = vehicle.tires.len();
     let mut sums = Sums::new(tires, 1, std::slice::from_ref(passage));
-    let mut keeper = Keeper::new(passage, keep)?;
+    let mut keeper = Keeper::new(passage, keep, outlet)?;
     let mut forces = vec![0.0; tires];
     let mut state = State {
         y: DVector::zeros(2 * vehicle.system().len()),
@@ -283,7 +284,7 @@ pub(super) fn run(
             sums.count(0, true);
         }
         sums.take(Scalar, &forces);
-        keeper.take(step, |axle| forces[axle]);
+        keeper.take(step, |axle| forces[axle])?;
         if step < run.total() {
             state = model.advance(&state, &mut wheels, front, 0)?;
         }

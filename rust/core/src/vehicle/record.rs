@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::model::Tire;
 use super::run::Passage;
-use crate::error::{Result, check, check_count, diverged, reserve};
+use crate::error::{Error, Result, check, check_count, diverged, reserve};
 
 /// What to keep of a run besides the statistics of every axle.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -31,6 +31,16 @@ impl Keep {
         }
         Ok(())
     }
+}
+
+/// Takes forces as they come, rows of one an axle, N, of instants that follow each other; whether to
+/// go on.
+pub type Take<'a> = dyn FnMut(&[f64]) -> bool + 'a;
+
+/// Where the history of a run goes, so many instants at a time, in place of the record.
+pub(super) struct Outlet<'a> {
+    pub(super) instants: usize,
+    pub(super) take: &'a mut Take<'a>,
 }
 
 /// Tire force of one axle over the steps that are kept, N.
@@ -169,15 +179,22 @@ pub(super) struct Keeper<'a> {
     crossings: Vec<Crossing>,
     history: Vec<f64>,
     at_stations: Vec<f64>,
+    outlet: Option<Outlet<'a>>,
 }
 
 impl<'a> Keeper<'a> {
-    pub(super) fn new(passage: &'a Passage<'a>, keep: &'a Keep) -> Result<Self> {
+    pub(super) fn new(
+        passage: &'a Passage<'a>,
+        keep: &'a Keep,
+        outlet: Option<Outlet<'a>>,
+    ) -> Result<Self> {
         let Passage { vehicle, run } = passage;
         let axles = vehicle.tires.len();
         let mut history = Vec::new();
         if let Some(every) = keep.every {
-            reserve(&mut history, (run.steps / every + 1).saturating_mul(axles))?;
+            let rows = run.steps / every + 1;
+            let rows = outlet.as_ref().map_or(rows, |outlet| outlet.instants.min(rows));
+            reserve(&mut history, rows.saturating_mul(axles))?;
         }
         let mut at_stations = Vec::new();
         reserve(&mut at_stations, keep.stations.len().saturating_mul(axles))?;
@@ -189,23 +206,26 @@ impl<'a> Keeper<'a> {
             force: 0.0,
         };
         let crossings = vehicle.tires.iter().map(crossing).collect();
-        Ok(Self { passage, keep, crossings, history, at_stations })
+        Ok(Self { passage, keep, crossings, history, at_stations, outlet })
     }
 
     /// The forces of all axles at a step, counted from the start of the run.
     #[inline(always)]
-    pub(super) fn take(&mut self, step: usize, forces: impl Fn(usize) -> f64) {
+    pub(super) fn take(&mut self, step: usize, forces: impl Fn(usize) -> f64) -> Result<()> {
         let run = &self.passage.run;
         let Some(kept) = step.checked_sub(run.skip).filter(|kept| *kept <= run.steps) else {
-            return;
+            return Ok(());
         };
         let axles = self.crossings.len();
         if self.keep.every.is_some_and(|every| kept.is_multiple_of(every)) {
             self.history.extend((0..axles).map(&forces));
+            if self.outlet.as_ref().is_some_and(|to| self.history.len() >= to.instants * axles) {
+                self.hand_over(step)?;
+            }
         }
         let stations = &self.keep.stations;
         if stations.is_empty() {
-            return;
+            return Ok(());
         }
         for (axle, crossing) in self.crossings.iter_mut().enumerate() {
             let (place, force) = (run.place(step) - crossing.behind, forces(axle));
@@ -221,13 +241,27 @@ impl<'a> Keeper<'a> {
             }
             (crossing.place, crossing.force) = (place, force);
         }
+        Ok(())
+    }
+
+    /// Hand the history so far over to where it goes, if it goes anywhere.
+    #[cold]
+    fn hand_over(&mut self, step: usize) -> Result<()> {
+        if let (Some(outlet), false) = (&mut self.outlet, self.history.is_empty()) {
+            if !(outlet.take)(&self.history) {
+                return Err(Error::Stopped { step, steps: self.passage.run.total() });
+            }
+            self.history.clear();
+        }
+        Ok(())
     }
 
     /// What was kept, with the statistics of a lane.
     ///
     /// # Errors
     /// [`Error::Diverged`](crate::error::Error::Diverged) where a force was not finite.
-    pub(super) fn finish(self, sums: &Sums, lane: usize) -> Result<Record> {
+    pub(super) fn finish(mut self, sums: &Sums, lane: usize) -> Result<Record> {
+        self.hand_over(self.passage.run.total())?;
         let axles = sums.of_lane(lane, self.passage)?;
         Ok(Record { history: self.history, at_stations: self.at_stations, axles })
     }
