@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import partial
-from typing import Final, Literal
+from typing import Final, Literal, NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from pavefem._model import whole_number
 from pavefem._progress import progress_bar
 from pavefem.asphalt import kmh
 from pavefem.cache import Recent, digest, transition
+from pavefem.errors import ValidityWarning
 from pavefem.forces import (
     MEMORY_LIMIT,
     AxleForces,
@@ -26,7 +28,7 @@ from pavefem.forces import (
 from pavefem.profile import Profile
 from pavefem.quantities import QUANTITIES, Quantity, core_names, histories
 from pavefem.result import Result
-from pavefem.road import Road
+from pavefem.road import Foundation, Road
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
 from pavefem.vehicle import Vehicle
@@ -111,7 +113,8 @@ def simulate(
     Warns
     -----
     ValidityWarning
-        If the asphalt is outside the range of its stiffness formulas.
+        If the asphalt is outside the range of its stiffness formulas, or an axle goes further than
+        an element in a step.
     """
     scenario = Scenario(
         road=road,
@@ -181,9 +184,10 @@ def answer(
             f'keep = {keep!r}: solver="dense" answers deflections only; for {", ".join(beyond)} '
             'use solver="window", as Scheme.converged() or Scheme.paper(solver="window") has it'
         )
-    _check_size(scenario, len(core_names(along)), places.size, every, stations is None)
+    mesh = _mesh(scenario)
+    _check_size(scenario, mesh, len(core_names(along)), places.size, every, stations is None)
     kept = (core_names(along), bool(along) and stations is None, places, every)
-    stepper, x = _stepper(scenario, kept, cache, files)
+    stepper, x = _stepper(scenario, mesh, kept, cache, files)
     with bar("vehicle") as report:
         forces = (forces_of or forces_on_road)(scenario, report)
     with bar("pavement") as report:
@@ -203,15 +207,41 @@ def answer(
     )
 
 
+class _Mesh(NamedTuple):
+    """What the core meshes: sections by their constants, and the longest element, m."""
+
+    table: np.ndarray
+    element_length: float
+    foundation: Foundation
+    ends: str
+
+
+def _mesh(scenario: Scenario) -> _Mesh:
+    road, scheme = scenario.road, scenario.scheme
+    place = (scenario.temperature_c, scenario.speed_kmh)
+    table = road.table(*place)
+    element_length = scheme.element_length or road.element_length(*place, table=table)
+    step = float(kmh(scenario.speed_kmh)) * scheme.dt
+    if step > element_length:
+        warnings.warn(
+            f"an axle goes {step:.3g} m in a step of dt = {scheme.dt:g} s, more than an element of "
+            f"{element_length:.3g} m: nodes in between may miss it, use a dt of at most "
+            f"{scheme.dt * element_length / step:.2g} s",
+            ValidityWarning,
+            stacklevel=5,
+        )
+    return _Mesh(table, element_length, scheme.foundation, road.ends)
+
+
 def _check_size(
-    scenario: Scenario, quantities: int, stations: int, every: int, nodes: bool
+    scenario: Scenario, mesh: _Mesh, quantities: int, stations: int, every: int, nodes: bool
 ) -> None:
     """Refuse, before any work, a mesh or histories that no memory holds."""
     road, scheme = scenario.road, scenario.scheme
-    elements = sum(section.length / scheme.element_length for section in road.sections)
+    elements = sum(section.length / mesh.element_length for section in road.sections)
     if scheme.solver == "dense" and not 2.0 * elements < _core.DENSE_LIMIT + 4.0:
         raise ValueError(
-            f"a road of {road.length:g} m in elements of {scheme.element_length:g} m has "
+            f"a road of {road.length:g} m in elements of {mesh.element_length:g} m has "
             f"{2.0 * elements:.4g} unknowns; with dense matrices the limit is {_core.DENSE_LIMIT}: "
             'use a Scheme with solver="window", a shorter road or longer elements'
         )
@@ -239,18 +269,24 @@ def check_keep(keep: Keep) -> Sequence[Quantity | Literal["tire_force"]]:
 
 
 def _stepper(
-    scenario: Scenario, kept: tuple[list[str], bool, np.ndarray, int], cache: bool, files: bool
+    scenario: Scenario,
+    mesh: _Mesh,
+    kept: tuple[list[str], bool, np.ndarray, int],
+    cache: bool,
+    files: bool,
 ) -> tuple[_core.Stepper | _core.Window, np.ndarray]:
     """Prepare the road for stepping, or take what a run before has prepared; and its nodes."""
-    road, scheme = scenario.road, scenario.scheme
-    table = road.table(scenario.temperature_c, scenario.speed_kmh)
-    mesh = (scheme.element_length, scheme.foundation, road.ends)
+    scheme = scenario.scheme
+    weights, hold, tire_print = scheme.weights, scheme.hold, scheme.tire_print
     if scheme.solver == "window":
-        window = _core.Window(table, *mesh, scheme.dt, scheme.weights, scheme.hold, kept)
+        extrapolate = scheme.order == 3
+        window = _core.Window(
+            *mesh, scheme.dt, weights, hold, kept, print=tire_print, extrapolate=extrapolate
+        )
         return window, window.nodes
-    strip = _core.Strip(table, *mesh)
+    strip = _core.Strip(*mesh)
     x = strip.nodes
-    key = digest(table, mesh, scheme.dt)
+    key = digest(mesh.table, mesh[1:], scheme.dt)
 
     def make() -> _core.Stepper:
         response = (
@@ -258,14 +294,14 @@ def _stepper(
             if cache and files
             else _core.Transition.of_strip(strip, scheme.dt)
         )
-        return _core.Stepper(strip, response, scheme.weights, scheme.hold, kept)
+        return _core.Stepper(strip, response, weights, hold, kept, print=tire_print)
 
     if not cache:
         return make(), x
     # Some 25 matrices of n x n, n being two unknowns a node; 35 where forces vary within a step.
-    size = (25 if scheme.hold == "zero" else 35) * 8 * (2 * x.size) ** 2
+    size = (25 if hold == "zero" else 35) * 8 * (2 * x.size) ** 2
     quantities, nodes, stations, every = kept
-    whole = (key, scheme.weights, scheme.hold, *quantities, nodes, tuple(stations), every)
+    whole = (key, weights, hold, tire_print, *quantities, nodes, tuple(stations), every)
     return _STEPPERS.get(whole, size, make), x
 
 

@@ -1,11 +1,79 @@
 //! Axle forces as nodal forces (the paper's Fig. 6).
 
 use super::element::Weights;
+use super::mesh::Mesh;
 use super::strip::Strip;
-use crate::error::{Error, Result, check_count};
+use crate::error::{Error, Result, check, check_count};
+
+/// Gauss points of a stretch from -1 to 1: `1 / sqrt 3`.
+const GAUSS: f64 = 0.577_350_269_189_625_8;
 
 /// Share of an axle's force that one wheel track carries: the vehicle is symmetric left to right.
 pub const TRACK_SHARE: f64 = 0.5;
+
+/// Shortest tire print that is not a point, m: what is left of its ends at large `x` after rounding is
+/// a small part of it.
+const SHORTEST_PRINT: f64 = 1e-3;
+
+/// How an axle force comes onto the nodes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// How a force between two nodes is shared.
+    pub weights: Weights,
+    /// Length of road over which the force is evenly spread, about the axle's place, m; 0 is a
+    /// point. What of it lies off the road loads nothing.
+    pub print: f64,
+}
+
+impl From<Weights> for Contact {
+    /// In a point.
+    fn from(weights: Weights) -> Self {
+        Self { weights, print: 0.0 }
+    }
+}
+
+impl Contact {
+    pub(crate) fn check(&self) -> Result<()> {
+        let allowed = format!("0, a point, or at least {SHORTEST_PRINT} m");
+        let holds = |print: f64| print == 0.0 || print >= SHORTEST_PRINT;
+        check("tire print", self.print, "m", &allowed, holds).map(|_| ())
+    }
+
+    /// Shares of a unit force at `x` on the unknowns `(w_1, theta_1, w_2, theta_2)` of each element
+    /// that it stands on: the weights, or their mean over the print.
+    #[inline(always)]
+    pub(crate) fn share(&self, mesh: &Mesh, x: f64, mut put: impl FnMut(usize, [f64; 4])) {
+        if self.print == 0.0 {
+            if let Some(place) = mesh.place(x) {
+                put(place.element, place.weights(self.weights));
+            }
+        } else {
+            self.spread(mesh, x, put);
+        }
+    }
+
+    /// The integrals over the print. Two Gauss points in each element are exact, as the weights are
+    /// cubic.
+    fn spread(&self, mesh: &Mesh, x: f64, mut put: impl FnMut(usize, [f64; 4])) {
+        let rear = (x - 0.5 * self.print).max(0.0);
+        let front = (x + 0.5 * self.print).min(mesh.length());
+        let Some(place) = mesh.place(rear).filter(|_| rear < front) else { return };
+        let mut from = rear;
+        for element in place.element..mesh.elements() {
+            let (start, end) = (mesh.node(element), mesh.node(element + 1));
+            let (h, to) = (end - start, front.min(end));
+            let (middle, half) = (0.5 * (from + to) - start, 0.5 * (to - from));
+            let at = |point: f64| self.weights.at(h, (middle + point * half) / h);
+            let (a, b) = (at(-GAUSS), at(GAUSS));
+            let part = half / self.print;
+            put(element, std::array::from_fn(|k| part * (a[k] + b[k])));
+            if front <= end {
+                break;
+            }
+            from = end;
+        }
+    }
+}
 
 /// Axle forces along the road: `instants x axles`, row by row.
 #[derive(Debug, Clone, Copy)]
@@ -70,19 +138,20 @@ impl NodalForces {
         &mut self,
         strip: &Strip,
         loads: &Loads<'_>,
-        weights: Weights,
+        contact: Contact,
         instant: usize,
     ) {
         let row = instant * loads.axles..(instant + 1) * loads.axles;
         let axles = loads.positions[row.clone()].iter().zip(&loads.forces[row]);
         self.0.clear();
         for (&x, &force) in axles {
-            let Some(shares) = strip.shares(x, weights) else { continue };
-            for (unknown, weight) in shares.unknowns.into_iter().zip(shares.weights) {
-                if let (Some(unknown), true) = (unknown, weight != 0.0) {
-                    self.0.push((unknown, -TRACK_SHARE * force * weight));
+            contact.share(strip.mesh(), x, |element, weights| {
+                for (unknown, weight) in strip.unknowns(element).into_iter().zip(weights) {
+                    if let (Some(unknown), true) = (unknown, weight != 0.0) {
+                        self.0.push((unknown, -TRACK_SHARE * force * weight));
+                    }
                 }
-            }
+            });
         }
     }
 }
