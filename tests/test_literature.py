@@ -309,8 +309,7 @@ def test_converged_scheme_converges_to_the_moving_force() -> None:
     assert 3.7 < np.log2(by_mesh[0] / by_mesh[1]) < 4.8, by_mesh
     assert 1.8 < np.log2(by_step[0] / by_step[1]) < 2.2, by_step
     assert by_mesh[1] < 1.1e-4
-    # As it is by default: what a step of 1 ms leaves.
-    assert steady_error(pavement, 65.0) == pytest.approx(by_step[1] / 4.0, rel=0.1)
+    assert steady_error(pavement, 65.0) < 2.1e-4  # as it is by default, 0.1 m and 1 ms
 
 
 def test_converged_scheme_under_a_crawling_force() -> None:
