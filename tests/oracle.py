@@ -70,7 +70,8 @@ class DenseRoad:
     ) -> DenseRoad:
         elements: list[tuple[float, pf.Section]] = []
         for section in road.sections:
-            count = int(np.ceil(section.length / scheme.element_length - 1e-9))
+            h = scheme.element_length or road.element_length(temperature_c, speed_kmh)
+            count = int(np.ceil(section.length / h - 1e-9))
             elements += [(section.length / count, section)] * count
         nodes = np.concatenate([[0.0], np.cumsum([h for h, _ in elements])])
         size = 2 * nodes.size

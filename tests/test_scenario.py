@@ -360,7 +360,7 @@ def test_road_of_sections_or_of_one() -> None:
 def test_scheme_presets() -> None:
     assert pf.Scheme.paper() == pf.Scheme() == pf.Scheme.named("paper")
     converged = pf.Scheme.converged()
-    assert (converged.foundation, converged.element_length) == ("winkler", 0.125)
+    assert (converged.foundation, converged.element_length) == ("winkler", None)
     assert (converged.weights, converged.hold, converged.dt) == ("hermite", "first", 1e-3)
     assert pf.Scheme.converged(weights="linear").weights == "linear"
 

@@ -78,16 +78,26 @@ class WinklerBeam:
         _finite(force=force)
         return self._core.static_moment(force)
 
-    def moving_deflection(self, force: float, speed: float, xi: ArrayLike) -> NDArray[np.float64]:
-        """Deflection `xi` m ahead of a force that moves at `speed`, m/s, in its steady state, m."""
-        places = _finite(force=force, speed=speed, xi=xi)
-        values = self._core.moving_deflection(force, speed, places.ravel())
+    def moving_deflection(
+        self, force: float, speed: float, xi: ArrayLike, print_length: float = 0.0
+    ) -> NDArray[np.float64]:
+        """Deflection `xi` m ahead of a force that moves at `speed`, m/s, in its steady state, m.
+
+        The force is evenly spread over `print_length` m about its place, or, at 0, in a point.
+        """
+        places = _finite(force=force, speed=speed, print_length=print_length, xi=xi)
+        values = self._core.moving_deflection(force, speed, places.ravel(), print_length)
         return values.reshape(places.shape)[()]
 
-    def moving_peak(self, force: float, speed: float) -> tuple[float, float]:
-        """Largest deflection under a moving force, m, and its place, m ahead of the force."""
-        _finite(force=force, speed=speed)
-        return self._core.moving_peak(force, speed)
+    def moving_peak(
+        self, force: float, speed: float, print_length: float = 0.0
+    ) -> tuple[float, float]:
+        """Largest deflection under a moving force, m, and its place, m ahead of the force.
+
+        The force is evenly spread over `print_length` m about its place, or, at 0, in a point.
+        """
+        _finite(force=force, speed=speed, print_length=print_length)
+        return self._core.moving_peak(force, speed, print_length)
 
 
 class SimplySupportedBeam:

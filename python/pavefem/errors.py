@@ -61,7 +61,7 @@ class FormatError(PavefemError, ValueError):
 
 
 class ValidityWarning(UserWarning):
-    """An empirical law is used outside the range it was fitted on."""
+    """An empirical law is used outside the range it was fitted on, or a step is too coarse."""
 
 
 class CalibrationWarning(UserWarning):

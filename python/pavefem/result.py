@@ -26,6 +26,7 @@ from pavefem.scenario import Scenario
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pavefem.convergence import ErrorEstimate
     from pavefem.plotting.animation import Film
 
 
@@ -228,11 +229,13 @@ class Result:
         """Return the figures an engineer looks at first, as text with units, by what they are."""
         scenario, mm = self.scenario, 1e3
         worst = int(self.lowest.argmin())
+        longest = float(np.diff(self.x).max().round(6))
         figures = {
             "vehicle": f"{scenario.vehicle.name}, {scenario.vehicle.total_mass / 1e3:.1f} t",
             "speed": f"{scenario.speed_kmh:g} km/h",
             "temperature": f"{scenario.temperature_c:g} °C",
             "road": f"{scenario.road.length:g} m",
+            "mesh": f"{self.x.size - 1} elements of {longest:g} m, {scenario.scheme.foundation}",
             "profile": "smooth" if scenario.profile is None else scenario.profile.name,
             "largest deflection": (
                 f"{self.max_deflection * mm:.4f} mm at x = {self.x[worst]:g} m, "
@@ -256,6 +259,32 @@ class Result:
                 f"at {lift.instants} instants, first at x = {lift.position:.2f} m"
             )
         return figures
+
+    def error_estimate(self, x: float | None = None) -> ErrorEstimate:
+        """Estimate the error of the largest deflection by finer runs of the same scenario.
+
+        The scenario runs again, with half the time step, and with half the element length: some
+        five times the work of the run itself. With ``foundation="bars"`` the error of the mesh is
+        that against a continuous bed, which bars become.
+
+        Parameters
+        ----------
+        x : float, optional
+            A node, m; by default that of `max_deflection`.
+
+        Returns
+        -------
+        ErrorEstimate
+            The parts of the time step and of the mesh, and what scheme a tolerance would take.
+
+        Raises
+        ------
+        ValueError
+            If there is no node at `x`, or it does not move.
+        """
+        from pavefem import convergence  # it runs scenarios, whose answers are results
+
+        return convergence.error_estimate(self, x)
 
     def plot(self, x: float | None = None) -> Figure:
         """Draw the deflection at `x` (mid-length), the worst instant, the envelope, the forces."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,17 @@ from pydantic import Field, model_validator
 
 from pavefem import _core
 from pavefem._model import Model, Positive
-from pavefem.pavement import Pavement
+from pavefem.analytical import WinklerBeam
+from pavefem.pavement import Constants, Pavement
 
 Foundation = Literal["bars", "winkler"]
+
+CHOSEN_ELEMENT: Final = 0.35
+"""Longest element that is chosen, in decay lengths: the peak under a moving force is within 1e-3 at
+nodes, and within 2e-3 between them, most of it by the kink under the force, (0.35)³ / 24."""
+
+FEWEST_ELEMENTS: Final = 20
+"""Fewest elements of a road whose elements are chosen, if it is short beside its decay length."""
 
 
 class Section(Model):
@@ -136,12 +145,40 @@ class Road(Model):
         ]
         return np.array(rows)
 
+    def element_length(
+        self, temperature_c: float, speed_kmh: float, *, table: NDArray[np.float64] | None = None
+    ) -> float:
+        """Length of the elements that a scheme without one is given, m.
+
+        At most 0.35 of the shortest decay length, ``(4 EI / k)^(1/4)``, of any section, and a
+        twentieth of the road; and a whole part of the spacing of the bars, or a whole multiple, so
+        that nodes stand where bars would.
+
+        Parameters
+        ----------
+        temperature_c, speed_kmh : float
+            Asphalt temperature, °C, and vehicle speed, km/h, which make the modulus.
+        table : ndarray, optional
+            The constants at these (`table`), if they are at hand.
+        """
+        if table is None:
+            table = self.table(temperature_c, speed_kmh)
+        lengths = []
+        for section, row in zip(self.sections, table, strict=True):
+            decay = WinklerBeam.of(Constants(*row[1:])).decay
+            longest = min(CHOSEN_ELEMENT / decay, self.length / FEWEST_ELEMENTS)
+            spacing = section.pavement.spacing
+            parts = math.ceil(spacing / longest)
+            chosen = spacing / parts if parts > 1 else spacing * math.floor(longest / spacing)
+            lengths.append(min(chosen, section.length))
+        return min(lengths)
+
     def strip(
         self,
         temperature_c: float,
         speed_kmh: float,
         *,
-        element_length: float = 0.5,
+        element_length: float | None = 0.5,
         foundation: Foundation = "bars",
     ) -> _core.Strip:
         """Mesh the road and assemble M, C, K (eqs. 1-6).
@@ -150,8 +187,9 @@ class Road(Model):
         ----------
         temperature_c, speed_kmh : float
             Asphalt temperature, °C, and vehicle speed, km/h.
-        element_length : float
-            Longest element, m; each section takes a whole number of equal elements.
+        element_length : float, optional
+            Longest element, m, None for `Road.element_length`; each section takes a whole number of
+            equal elements.
         foundation : {"bars", "winkler"}
             A bar under every node, or a continuous bed with consistent matrices.
 
@@ -167,4 +205,6 @@ class Road(Model):
             If a section is shorter than an element.
         """
         sections = self.table(temperature_c, speed_kmh)
+        if element_length is None:
+            element_length = self.element_length(temperature_c, speed_kmh, table=sections)
         return _core.Strip(sections, element_length, foundation, self.ends)

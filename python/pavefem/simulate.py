@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -17,6 +18,7 @@ from pavefem._model import whole_number
 from pavefem._progress import progress_bar
 from pavefem.asphalt import kmh
 from pavefem.cache import Recent, digest, transition
+from pavefem.errors import ValidityWarning
 from pavefem.forces import (
     MEMORY_LIMIT,
     TOLERANCE,
@@ -29,7 +31,7 @@ from pavefem.forces import (
 from pavefem.profile import Profile
 from pavefem.quantities import QUANTITIES, Quantity, core_names, histories
 from pavefem.result import Result
-from pavefem.road import Road
+from pavefem.road import Foundation, Road
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
 from pavefem.stream import Record, stream
@@ -126,7 +128,8 @@ def simulate(
     Warns
     -----
     ValidityWarning
-        If the asphalt is outside the range of its stiffness formulas.
+        If the asphalt is outside the range of its stiffness formulas, or an axle goes further than
+        an element in a step.
     """
     scenario = Scenario(
         road=road,
@@ -192,8 +195,9 @@ def answer(
     matrices are kept in memory only; `forces_of` finds the tire forces, if somebody has them.
     """
     kept = _kept(scenario, keep, every, stations)
-    _check_size(scenario, kept)
-    stepper, x = _stepper(scenario, kept.for_core, cache, files)
+    mesh = _mesh(scenario)
+    _check_size(scenario, mesh, kept)
+    stepper, x = _stepper(scenario, mesh, kept.for_core, cache, files)
     with bar("vehicle") as report:
         forces = (forces_of or forces_on_road)(scenario, report)
     with bar("pavement") as report:
@@ -266,13 +270,17 @@ def _into_store(scenario: Scenario, kept: _Kept, path: Path, progress: bool) -> 
             'a store is written by the moving window: use a Scheme with solver="window", as '
             'scheme="converged" has it'
         )
+    if scenario.scheme.order != 2:
+        raise ValueError(
+            f"a store is written by a scheme of order = 2, not {scenario.scheme.order}"
+        )
     if kept.along and kept.stations is None:
         raise ValueError(
             f"a store keeps histories of {', '.join(kept.along)} at stations, not at all nodes: "
             'give stations=[...], or keep=["tire_force"] or "envelope"'
         )
     names, _, stations, every = for_core = kept.for_core
-    window, _ = _stepper(scenario, for_core, cache=False, files=False)
+    window, _ = _stepper(scenario, _mesh(scenario), for_core, cache=False, files=False)
     assert isinstance(window, _core.Window)
     run = digest(stations, scenario.model_dump_json(), sorted(kept.along), kept.tire_force, every)
     if scenario.profile is not None:
@@ -289,14 +297,40 @@ def _into_store(scenario: Scenario, kept: _Kept, path: Path, progress: bool) -> 
     )
 
 
-def _check_size(scenario: Scenario, kept: _Kept) -> None:
+class _Mesh(NamedTuple):
+    """What the core meshes: sections by their constants, and the longest element, m."""
+
+    table: np.ndarray
+    element_length: float
+    foundation: Foundation
+    ends: str
+
+
+def _mesh(scenario: Scenario) -> _Mesh:
+    road, scheme = scenario.road, scenario.scheme
+    place = (scenario.temperature_c, scenario.speed_kmh)
+    table = road.table(*place)
+    element_length = scheme.element_length or road.element_length(*place, table=table)
+    step = float(kmh(scenario.speed_kmh)) * scheme.dt
+    if step > element_length:
+        warnings.warn(
+            f"an axle goes {step:.3g} m in a step of dt = {scheme.dt:g} s, more than an element of "
+            f"{element_length:.3g} m: nodes in between may miss it, use a dt of at most "
+            f"{scheme.dt * element_length / step:.2g} s",
+            ValidityWarning,
+            stacklevel=5,
+        )
+    return _Mesh(table, element_length, scheme.foundation, road.ends)
+
+
+def _check_size(scenario: Scenario, mesh: _Mesh, kept: _Kept) -> None:
     """Refuse, before any work, a mesh or histories that no memory holds."""
     names, nodes, stations, every = kept.for_core
     road, scheme = scenario.road, scenario.scheme
-    elements = sum(section.length / scheme.element_length for section in road.sections)
+    elements = sum(section.length / mesh.element_length for section in road.sections)
     if scheme.solver == "dense" and not 2.0 * elements < _core.DENSE_LIMIT + 4.0:
         raise ValueError(
-            f"a road of {road.length:g} m in elements of {scheme.element_length:g} m has "
+            f"a road of {road.length:g} m in elements of {mesh.element_length:g} m has "
             f"{2.0 * elements:.4g} unknowns; with dense matrices the limit is {_core.DENSE_LIMIT}: "
             'use a Scheme with solver="window", a shorter road or longer elements'
         )
@@ -324,18 +358,24 @@ def check_keep(keep: Keep) -> Sequence[Quantity | Literal["tire_force"]]:
 
 
 def _stepper(
-    scenario: Scenario, kept: tuple[list[str], bool, np.ndarray, int], cache: bool, files: bool
+    scenario: Scenario,
+    mesh: _Mesh,
+    kept: tuple[list[str], bool, np.ndarray, int],
+    cache: bool,
+    files: bool,
 ) -> tuple[_core.Stepper | _core.Window, np.ndarray]:
     """Prepare the road for stepping, or take what a run before has prepared; and its nodes."""
-    road, scheme = scenario.road, scenario.scheme
-    table = road.table(scenario.temperature_c, scenario.speed_kmh)
-    mesh = (scheme.element_length, scheme.foundation, road.ends)
+    scheme = scenario.scheme
+    weights, hold, tire_print = scheme.weights, scheme.hold, scheme.tire_print
     if scheme.solver == "window":
-        window = _core.Window(table, *mesh, scheme.dt, scheme.weights, scheme.hold, kept)
+        extrapolate = scheme.order == 3
+        window = _core.Window(
+            *mesh, scheme.dt, weights, hold, kept, print=tire_print, extrapolate=extrapolate
+        )
         return window, window.nodes
-    strip = _core.Strip(table, *mesh)
+    strip = _core.Strip(*mesh)
     x = strip.nodes
-    key = digest(table, mesh, scheme.dt)
+    key = digest(mesh.table, mesh[1:], scheme.dt)
 
     def make() -> _core.Stepper:
         response = (
@@ -343,14 +383,14 @@ def _stepper(
             if cache and files
             else _core.Transition.of_strip(strip, scheme.dt)
         )
-        return _core.Stepper(strip, response, scheme.weights, scheme.hold, kept)
+        return _core.Stepper(strip, response, weights, hold, kept, print=tire_print)
 
     if not cache:
         return make(), x
     # Some 25 matrices of n x n, n being two unknowns a node; 35 where forces vary within a step.
-    size = (25 if scheme.hold == "zero" else 35) * 8 * (2 * x.size) ** 2
+    size = (25 if hold == "zero" else 35) * 8 * (2 * x.size) ** 2
     quantities, nodes, stations, every = kept
-    whole = (key, scheme.weights, scheme.hold, *quantities, nodes, tuple(stations), every)
+    whole = (key, weights, hold, tire_print, *quantities, nodes, tuple(stations), every)
     return _STEPPERS.get(whole, size, make), x
 
 

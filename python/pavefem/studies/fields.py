@@ -51,6 +51,7 @@ UNITS: Final[Mapping[str, str]] = MappingProxyType(
         "reference_vma": "%",
         "reference_speed_kmh": "km/h",
         "element_length": "m",
+        "tire_print": "m",
         "dt": "s",
         "axle_spacing": "m",
         "payload": "kg",

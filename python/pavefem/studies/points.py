@@ -33,7 +33,18 @@ _OF_PAVEMENT: Final = (
     "temperature_c",
     "road.pavement",
     "road.ends",
-    *(f"scheme.{name}" for name in ("foundation", "element_length", "weights", "hold", "solver")),
+    *(
+        f"scheme.{name}"
+        for name in (
+            "foundation",
+            "element_length",
+            "weights",
+            "tire_print",
+            "hold",
+            "solver",
+            "order",
+        )
+    ),
 )
 """Fields, and parts with their fields, that tire forces do not depend on."""
 

@@ -39,6 +39,8 @@ pub struct WinklerBeam {
 pub struct MovingLoad {
     /// Roots `s` and `1 / D'(s)`.
     roots: Vec<(Complex<f64>, Complex<f64>)>,
+    /// Length over which the force is evenly spread, m; 0 is a point.
+    print: f64,
 }
 
 impl WinklerBeam {
@@ -107,7 +109,7 @@ impl WinklerBeam {
             .into_iter()
             .map(|s| (s * l, Complex::from(l) / derivative(s)))
             .collect();
-        Ok(MovingLoad { roots })
+        Ok(MovingLoad { roots, print: 0.0 })
     }
 
     /// How far ahead of a moving force, and behind it, the deflection is more than a part
@@ -180,20 +182,41 @@ impl WinklerBeam {
 }
 
 impl MovingLoad {
-    /// Deflection `xi` metres ahead of a unit force, m/N, downwards positive.
+    /// The same force evenly spread over a length of `print` metres about its place.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::error::Error::Invalid) for a negative or non-finite length.
+    pub fn spread(self, print: f64) -> Result<Self> {
+        not_negative("tire print", print, "m")?;
+        Ok(Self { print, ..self })
+    }
+
+    /// Deflection `xi` metres ahead of (the middle of) a unit force, m/N, downwards positive.
     #[must_use]
     pub fn deflection(&self, xi: f64) -> f64 {
+        if self.print == 0.0 {
+            return self.sum(xi, |s, xi| (s * xi).exp());
+        }
+        // The integral of each exponential, from the place of the force on.
+        let integral = |xi: f64| self.sum(xi, |s, xi| ((s * xi).exp() - 1.0) / s);
+        let half = 0.5 * self.print;
+        (integral(xi + half) - integral(xi - half)) / self.print
+    }
+
+    /// Sum of a function of the roots that decay on that side of the force.
+    fn sum(&self, xi: f64, of: impl Fn(Complex<f64>, f64) -> Complex<f64>) -> f64 {
         let ahead = xi >= 0.0;
         let sign = if ahead { 1.0 } else { -1.0 };
         let decaying = self.roots.iter().filter(|(s, _)| (s.re < 0.0) == ahead);
-        sign * decaying.map(|(s, factor)| ((s * xi).exp() * factor).re).sum::<f64>()
+        sign * decaying.map(|(s, factor)| (of(*s, xi) * factor).re).sum::<f64>()
     }
 
     /// Largest deflection under and near a unit force, m/N, and where it is, m ahead of the force.
     #[must_use]
     pub fn peak(&self) -> (f64, f64) {
         let slowest = self.roots.iter().map(|(s, _)| s.re.abs()).fold(f64::INFINITY, f64::min);
-        let (mut low, mut high) = (-8.0 / slowest, 8.0 / slowest);
+        let far = 8.0 / slowest + 0.5 * self.print;
+        let (mut low, mut high) = (-far, far);
         // A scan finds the peak, then the golden section narrows it.
         let shortest = self.roots.iter().map(|(s, _)| s.im.abs()).fold(slowest, f64::max);
         let points = ((high - low) * shortest * 4.0).clamp(4000.0, 1e6) as i32;
@@ -358,6 +381,24 @@ mod tests {
             let expected = beam.static_deflection_at(1.0, xi);
             assert!((moving.deflection(xi) - expected).abs() < 1e-12 * beam.static_deflection(1.0));
         }
+        Ok(())
+    }
+
+    /// The mean over a print by the midpoint rule, which is of second order.
+    #[test]
+    fn a_print_is_the_mean_of_points() -> Result<()> {
+        let beam = WinklerBeam { bending_damping: 100.0, ..beam(0.3) };
+        let (moving, print) = (beam.moving_load(25.0)?, 0.3);
+        let spread = moving.clone().spread(print)?;
+        for xi in [-0.6, -0.15, -0.02, 0.0, 0.1, 0.4] {
+            let at = |i: i32| moving.deflection(xi + print * ((f64::from(i) + 0.5) / 2000.0 - 0.5));
+            let expected = (0..2000).map(at).sum::<f64>() / 2000.0;
+            let error = (spread.deflection(xi) - expected).abs();
+            assert!(error < 1e-7 * moving.peak().0, "{xi}: {error}");
+        }
+        let (peak, xi) = spread.peak();
+        assert!(peak < moving.peak().0 && peak >= spread.deflection(xi + 1e-3));
+        assert!(matches!(moving.spread(-0.1), Err(Error::Invalid { .. })));
         Ok(())
     }
 

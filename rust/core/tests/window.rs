@@ -5,7 +5,7 @@
 
 use nalgebra::DVector;
 use pavefem_core::error::Error;
-use pavefem_core::pavement::{Bed, Ends, Foundation, Mesh, Section, Strip, Weights};
+use pavefem_core::pavement::{Bed, Contact, Ends, Foundation, Mesh, Section, Strip, Weights};
 use pavefem_core::response::window::Road;
 use pavefem_core::response::{Hold, Keep, Loads, Record, Stepper};
 use pavefem_core::transition::Transition;
@@ -42,7 +42,7 @@ struct Case {
     h: f64,
     foundation: Foundation,
     ends: Ends,
-    scheme: (Weights, Hold),
+    scheme: (Contact, Hold),
     keep: Keep,
 }
 
@@ -84,10 +84,22 @@ impl Case {
                     let (a, b) = (values[3 * step + axle], values[3 * (step + 1) + axle]);
                     a + part * (b - a)
                 };
-                let Some(shares) = strip.shares(along(positions), self.scheme.0) else { continue };
-                for (unknown, weight) in shares.unknowns.into_iter().zip(shares.weights) {
-                    if let Some(unknown) = unknown {
-                        load[unknown] -= 0.5 * weight * along(forces);
+                // The mean over a print, by so many points of what of it is on the road.
+                let Contact { weights, print } = self.scheme.0;
+                let x = along(positions);
+                let rear = (x - 0.5 * print).max(0.0);
+                let front = (x + 0.5 * print).min(self.length());
+                let (points, part) =
+                    if print > 0.0 { (500, (front - rear) / print) } else { (1, 1.0) };
+                let share = 0.5 * along(forces) * part.max(0.0) / f64::from(points);
+                for i in 0..points {
+                    let at = rear + (front - rear) * (f64::from(i) + 0.5) / f64::from(points);
+                    let at = if print > 0.0 { at } else { x };
+                    let Some(shares) = strip.shares(at, weights) else { continue };
+                    for (unknown, weight) in shares.unknowns.into_iter().zip(shares.weights) {
+                        if let Some(unknown) = unknown {
+                            load[unknown] -= share * weight;
+                        }
                     }
                 }
             }
@@ -129,13 +141,17 @@ fn cases() -> Vec<Case> {
     let all = Keep::deflection(true, &[], 1);
     let uniform = || vec![section(80.0, false)];
     let mixed = || vec![section(37.3, false), section(9.1, true), section(33.7, false)];
-    let case = |sections: Vec<Section>, h, foundation, ends, scheme| Case {
+    let case = |sections: Vec<Section>, h, foundation, ends, scheme: (Weights, Hold)| Case {
         sections,
         h,
         foundation,
         ends,
-        scheme,
+        scheme: (scheme.0.into(), scheme.1),
         keep: all.clone(),
+    };
+    let spread = |print: f64, case: Case| {
+        let contact = Contact { print, ..case.scheme.0 };
+        Case { scheme: (contact, case.scheme.1), ..case }
     };
     // The bed damps a tenth, the beam nothing; and nothing at all is damped.
     let lightly = || {
@@ -156,6 +172,8 @@ fn cases() -> Vec<Case> {
         case(mixed(), 0.25, Foundation::Winkler, Ends::Free, (Weights::Linear, Hold::First)),
         case(lightly(), 0.5, Foundation::Winkler, Ends::Clamped, converged),
         case(undamped(), 0.5, Foundation::Bars, Ends::Clamped, paper),
+        spread(0.3, case(mixed(), 0.25, Foundation::Winkler, Ends::Free, converged)),
+        spread(0.7, case(mixed(), 0.25, Foundation::Bars, Ends::Pinned, paper)),
     ]
 }
 
@@ -245,7 +263,7 @@ fn second_order_against_the_transition_matrix() {
         h: 0.25,
         foundation: Foundation::Winkler,
         ends: Ends::Clamped,
-        scheme: (Weights::Hermite, Hold::First),
+        scheme: (Weights::Hermite.into(), Hold::First),
         keep: Keep::deflection(true, &[], 1),
     };
     let error = |dt: f64| {
@@ -257,6 +275,48 @@ fn second_order_against_the_transition_matrix() {
     let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
     assert!(errors[1] < 1e-3, "{errors:?}");
     assert!(orders.iter().all(|order| (1.9..2.1).contains(order)), "{orders:?} of {errors:?}");
+}
+
+/// The steps for verification, under constant forces that pass nodes at the ends of steps (in one within
+/// which they pass a node, a nodal force is not smooth): third order, against the transition matrix, whose
+/// forces are linear in a step, extrapolated to steps of no length.
+#[test]
+fn third_order_where_asked_for() {
+    let h = 0.325;
+    let case = Case {
+        sections: vec![section(26.0, false)],
+        h,
+        foundation: Foundation::Winkler,
+        ends: Ends::Clamped,
+        scheme: (Weights::Hermite.into(), Hold::First),
+        keep: Keep::deflection(true, &[], 1),
+    };
+    let steady = |steps: usize| {
+        let dt = h / SPEED / steps as f64;
+        let instants = 60 * steps + 1;
+        let place = |k: usize| SPEED * dt * k as f64;
+        let positions: Vec<f64> = (0..instants).flat_map(|k| AXLES.map(|x| place(k) - x)).collect();
+        (dt, (positions, FORCES.repeat(instants)))
+    };
+    let thin = |record: Record, every: usize| -> Vec<f64> {
+        record.history.chunks_exact(81).step_by(every).flatten().copied().collect()
+    };
+    let [coarse, fine] = [64, 128].map(|steps| {
+        let (dt, loads) = steady(steps);
+        thin(case.dense(dt, &loads), steps)
+    });
+    let exact: Vec<f64> = coarse.iter().zip(&fine).map(|(c, f)| f + (f - c) / 3.0).collect();
+    let error = |steps: usize| {
+        let (dt, (positions, forces)) = steady(steps);
+        let road = Road::new(case.mesh(), dt, case.scheme, case.keep.clone()).unwrap();
+        let loads = Loads { axles: 3, positions: &positions, forces: &forces };
+        let record = road.run_extrapolated(&loads, &mut |_, _| true).unwrap();
+        largest_difference(&thin(record, steps), &exact) / peak(&exact)
+    };
+    let errors = [4, 8, 16].map(error);
+    let orders: Vec<f64> = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2()).collect();
+    assert!(orders.iter().all(|order| (2.8..3.4).contains(order)), "{orders:?} of {errors:?}");
+    assert!(errors[1] < 1.2e-5, "{errors:?}");
 }
 
 /// Between nodes a station is read by the element's shape functions, as the dense stepper does.

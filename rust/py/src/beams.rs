@@ -61,15 +61,22 @@ impl WinklerBeam {
         force: f64,
         speed: f64,
         xi: PyReadonlyArray1<'_, f64>,
+        print: f64,
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let moving = self.0.moving_load(speed).map_err(exception)?;
+        let moving = self.moving_load(speed, print)?;
         let at = |xi| force * moving.deflection(xi);
         Ok(PyArray1::from_vec(py, vector(&xi).into_iter().map(at).collect()))
     }
 
-    fn moving_peak(&self, force: f64, speed: f64) -> PyResult<(f64, f64)> {
-        let (deflection, xi) = self.0.moving_load(speed).map_err(exception)?.peak();
+    fn moving_peak(&self, force: f64, speed: f64, print: f64) -> PyResult<(f64, f64)> {
+        let (deflection, xi) = self.moving_load(speed, print)?.peak();
         Ok((force * deflection, xi))
+    }
+}
+
+impl WinklerBeam {
+    fn moving_load(&self, speed: f64, print: f64) -> PyResult<analytical::MovingLoad> {
+        self.0.moving_load(speed).and_then(|moving| moving.spread(print)).map_err(exception)
     }
 }
 

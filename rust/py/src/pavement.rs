@@ -2,7 +2,7 @@
 
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pavefem_core::error::{Result, Watch};
-use pavefem_core::pavement::{self, Bed, Ends, Foundation, Section, Weights};
+use pavefem_core::pavement::{self, Bed, Contact, Ends, Foundation, Section, Weights};
 use pavefem_core::response::{Hold, Keep, Loads, Quantity, Record, dense, window};
 use pavefem_core::transition::{self, Form, Levels, Phi, Series, System};
 use pyo3::exceptions::PyValueError;
@@ -37,10 +37,11 @@ fn mesh(
     pavement::Mesh::new(sections, element_length, foundation, ends).map_err(exception)
 }
 
-fn scheme(weights: &str, hold: &str) -> PyResult<(Weights, Hold)> {
+fn scheme(weights: &str, hold: &str, print: f64) -> PyResult<(Contact, Hold)> {
     let shares = [("linear", Weights::Linear), ("hermite", Weights::Hermite)];
     let holds = [("zero", Hold::Zero), ("first", Hold::First)];
-    Ok((choice("weights", weights, &shares)?, choice("hold", hold, &holds)?))
+    let contact = Contact { weights: choice("weights", weights, &shares)?, print };
+    Ok((contact, choice("hold", hold, &holds)?))
 }
 
 #[pymethods]
@@ -225,6 +226,7 @@ pub(crate) struct Stepper(dense::Stepper);
 #[pymethods]
 impl Stepper {
     #[new]
+    #[pyo3(signature = (strip, transition, weights, hold, keep, *, print=0.0))]
     #[expect(clippy::too_many_arguments, reason = "each is a plain number the scheme needs")]
     fn new(
         py: Python<'_>,
@@ -233,8 +235,9 @@ impl Stepper {
         weights: &str,
         hold: &str,
         keep: Kept<'_>,
+        print: f64,
     ) -> PyResult<Self> {
-        let scheme = scheme(weights, hold)?;
+        let scheme = scheme(weights, hold, print)?;
         let keep = self::keep(keep)?;
         let (strip, transition) = (strip.0.clone(), transition.0.clone());
         detached(py, None, |watch| dense::Stepper::new(strip, transition, scheme, &keep, watch))
@@ -297,11 +300,15 @@ fn answer(py: Python<'_>, record: Record, columns: usize) -> PyResult<Answer<'_>
 
 /// A road stepped through a window.
 #[pyclass(frozen, module = "pavefem._core")]
-pub(crate) struct Window(window::Road);
+pub(crate) struct Window {
+    road: window::Road,
+    extrapolate: bool,
+}
 
 #[pymethods]
 impl Window {
     #[new]
+    #[pyo3(signature = (sections, element_length, foundation, ends, dt, weights, hold, keep, *, print=0.0, extrapolate=false))]
     #[expect(clippy::too_many_arguments, reason = "each is a plain number the scheme needs")]
     fn new(
         sections: PyReadonlyArray2<'_, f64>,
@@ -312,16 +319,19 @@ impl Window {
         weights: &str,
         hold: &str,
         keep: Kept<'_>,
+        print: f64,
+        extrapolate: bool,
     ) -> PyResult<Self> {
         let sections = self::sections(&sections)?;
         let mesh = mesh(&sections, element_length, foundation, ends)?;
         let keep = self::keep(keep)?;
-        window::Road::new(mesh, dt, scheme(weights, hold)?, keep).map(Self).map_err(exception)
+        let road = window::Road::new(mesh, dt, scheme(weights, hold, print)?, keep);
+        road.map(|road| Self { road, extrapolate }).map_err(exception)
     }
 
     #[getter]
     fn nodes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        PyArray1::from_slice(py, self.0.nodes())
+        PyArray1::from_slice(py, self.road.nodes())
     }
 
     #[pyo3(signature = (positions, forces, progress=None))]
@@ -332,14 +342,18 @@ impl Window {
         forces: PyReadonlyArray2<'_, f64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Answer<'py>> {
-        run(py, &positions, &forces, progress, self.0.columns(), |loads, watch| {
-            self.0.run(loads, watch)
+        run(py, &positions, &forces, progress, self.road.columns(), |loads, watch| {
+            if self.extrapolate {
+                self.road.run_extrapolated(loads, watch)
+            } else {
+                self.road.run(loads, watch)
+            }
         })
     }
 
     /// How many instants warm a block up at a speed, m/s; infinite where nothing damps it out.
     fn warm_up(&self, speed: f64) -> PyResult<f64> {
-        self.0.warm_up(speed).map_err(exception)
+        self.road.warm_up(speed).map_err(exception)
     }
 
     /// A part of a run, with instants of the run ahead of the loads, and of the loads ahead of what is
@@ -356,8 +370,8 @@ impl Window {
     ) -> PyResult<(usize, Answer<'py>)> {
         let lead = window::Lead { before, warm_up };
         let block = under(py, &positions, &forces, progress, |loads, watch| {
-            self.0.run_block(loads, lead, watch)
+            self.road.run_block(loads, lead, watch)
         })?;
-        Ok((block.first_node, answer(py, block.record, self.0.columns())?))
+        Ok((block.first_node, answer(py, block.record, self.road.columns())?))
     }
 }

@@ -7,6 +7,7 @@ mod reading;
 pub mod strip;
 
 pub use element::Weights;
+pub use load::Contact;
 pub use mesh::{Bed, Ends, Foundation, Mesh, Section};
 pub use reading::Quantity;
 pub(crate) use reading::Reading;

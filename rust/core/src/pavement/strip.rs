@@ -144,9 +144,14 @@ impl Strip {
     #[must_use]
     pub fn shares(&self, x: f64, weights: Weights) -> Option<Shares> {
         self.mesh.place(x).map(|place| Shares {
-            unknowns: std::array::from_fn(|i| self.free[2 * place.element + i]),
+            unknowns: self.unknowns(place.element),
             weights: place.weights(weights),
         })
+    }
+
+    /// Numbers of an element's `(w_1, theta_1, w_2, theta_2)`; none where the support holds them.
+    pub(crate) fn unknowns(&self, element: usize) -> [Option<usize>; 4] {
+        std::array::from_fn(|i| self.free[2 * element + i])
     }
 }
 

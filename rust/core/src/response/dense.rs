@@ -22,8 +22,7 @@ use super::passes::Passes;
 use super::record::{Extremes, Keep, Record};
 use crate::error::{Result, Watch, diverged, go_on, invalid, reserve};
 use crate::linalg::{DMatrix, add_scaled, multiply_add, multiply_by, zeros};
-use crate::pavement::Weights;
-use crate::pavement::load::{Loads, NodalForces};
+use crate::pavement::load::{Contact, Loads, NodalForces};
 use crate::pavement::strip::{Shares, Strip};
 use crate::transition::{Levels, Transition};
 
@@ -41,7 +40,7 @@ const BATCH: usize = 64;
 pub struct Stepper {
     strip: Strip,
     transition: Transition,
-    weights: Weights,
+    contact: Contact,
     hold: Hold,
     every: usize,
     /// The first of the probes whose history is kept.
@@ -70,17 +69,19 @@ impl Stepper {
     ///
     /// # Errors
     /// [`Error::Invalid`](crate::error::Error::Invalid) where the transition is not that of the strip, or for a station off the
-    /// road, [`Error::Stopped`](crate::error::Error::Stopped).
+    /// road or the tire print, [`Error::Stopped`](crate::error::Error::Stopped).
     pub fn new(
         strip: Strip,
         transition: Transition,
-        (weights, hold): (Weights, Hold),
+        (contact, hold): (impl Into<Contact>, Hold),
         keep: &Keep,
         watch: &mut Watch<'_>,
     ) -> Result<Self> {
         if transition.system() != strip.system() {
             return Err(invalid("transition", "that of another system", "that of the strip"));
         }
+        let contact = contact.into();
+        contact.check()?;
         let n = strip.system().len();
         let probes = keep.probes(&strip)?;
         let kept = keep.nodes && !keep.quantities.is_empty();
@@ -109,7 +110,7 @@ impl Stepper {
         Ok(Self {
             strip,
             transition,
-            weights,
+            contact,
             hold,
             every,
             first_kept,
@@ -307,7 +308,7 @@ impl Forces {
         for (i, forces) in self.0[..ends].iter_mut().enumerate() {
             forces.0.clear();
             if start + i < instants {
-                forces.set(&stepper.strip, loads, stepper.weights, start + i);
+                forces.set(&stepper.strip, loads, stepper.contact, start + i);
             }
         }
     }

@@ -45,6 +45,28 @@ pub struct Record {
     pub envelope: Envelope,
 }
 
+impl Record {
+    /// Without the error of second order, from the same run in half the steps; only the step of the
+    /// lowest stays.
+    pub(super) fn extrapolated(self, fine: &Self) -> Self {
+        let both = |coarse: Vec<f64>, fine: &[f64]| {
+            coarse
+                .into_iter()
+                .zip(fine)
+                .map(|(coarse, fine)| fine + (fine - coarse) / 3.0)
+                .collect()
+        };
+        let (here, there) = (self.envelope, &fine.envelope);
+        let envelope = Envelope {
+            lowest: both(here.lowest, &there.lowest),
+            highest: both(here.highest, &there.highest),
+            lowest_step: here.lowest_step,
+            passes: both(here.passes, &there.passes),
+        };
+        Self { history: both(self.history, &fine.history), envelope }
+    }
+}
+
 /// What a node has gone through for a while: extremes of its deflection, and the step of the lowest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Passed {
