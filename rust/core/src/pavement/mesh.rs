@@ -1,6 +1,6 @@
 //! The mesh of a road: sections, elements, nodes, and the matrices of each element.
 
-use nalgebra::Matrix4;
+use nalgebra::{Matrix2, Matrix4};
 
 use super::element::{Weights, bending, consistent, lumped};
 use crate::error::{Result, check, invalid, not_negative, positive};
@@ -204,6 +204,27 @@ impl Mesh {
     /// Matrices of an element.
     pub(crate) fn matrices(&self, element: usize) -> &ElementMatrices {
         &self.piece(element).matrices
+    }
+
+    /// The diagonal block of a node and the block right of it, of `M`, `C` and `K`, those of the
+    /// unknowns that the ends hold included (eq. 5).
+    pub(crate) fn block_row(&self, node: usize) -> [[Matrix2<f64>; 2]; 3] {
+        let block = |matrix: &Matrix4<f64>, row: usize, column: usize| -> Matrix2<f64> {
+            matrix.fixed_view::<2, 2>(row, column).into_owned()
+        };
+        let mut rows = [[Matrix2::zeros(); 2]; 3];
+        if let Some(left) = node.checked_sub(1) {
+            for (row, matrix) in rows.iter_mut().zip(self.matrices(left).all()) {
+                row[0] += block(matrix, 2, 2);
+            }
+        }
+        if node < self.elements {
+            for (row, matrix) in rows.iter_mut().zip(self.matrices(node).all()) {
+                row[0] += block(matrix, 0, 0);
+                row[1] = block(matrix, 0, 2);
+            }
+        }
+        rows
     }
 
     /// Whether all elements from one up to another, both included, are equal.

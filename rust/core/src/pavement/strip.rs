@@ -1,54 +1,12 @@
 //! A strip of pavement under one wheel track: sections, mesh, `M`, `C`, `K` (eq. 5).
 
-use nalgebra::{Matrix2, Matrix4};
+use nalgebra::Matrix2;
 
 use super::element::Weights;
 use super::mesh::{Ends, Foundation, Mesh, Section};
 use crate::error::Result;
 use crate::linalg::Banded;
 use crate::transition::System;
-
-/// A symmetric matrix of 2x2 blocks, one row of blocks a node, each coupled to its neighbours only.
-#[derive(Debug, Clone, PartialEq)]
-struct BlockTridiagonal {
-    diagonal: Vec<Matrix2<f64>>,
-    upper: Vec<Matrix2<f64>>,
-}
-
-impl BlockTridiagonal {
-    fn zeros(nodes: usize) -> Self {
-        Self {
-            diagonal: vec![Matrix2::zeros(); nodes],
-            upper: vec![Matrix2::zeros(); nodes.saturating_sub(1)],
-        }
-    }
-
-    fn add(&mut self, element: usize, matrix: &Matrix4<f64>) {
-        self.diagonal[element] += matrix.fixed_view::<2, 2>(0, 0);
-        self.upper[element] += matrix.fixed_view::<2, 2>(0, 2);
-        self.diagonal[element + 1] += matrix.fixed_view::<2, 2>(2, 2);
-    }
-
-    /// The rows and columns of the unknowns that are free.
-    fn restrict(&self, free: &[Option<usize>], n: usize) -> Banded {
-        let mut out = Banded::zeros(n, 3);
-        let mut put = |row: usize, column: usize, block: &Matrix2<f64>| {
-            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-                if let (Some(r), Some(c)) = (free[2 * row + i], free[2 * column + j]) {
-                    out.add(r, c, block[(i, j)]);
-                }
-            }
-        };
-        for (node, block) in self.diagonal.iter().enumerate() {
-            put(node, node, block);
-        }
-        for (node, block) in self.upper.iter().enumerate() {
-            put(node, node + 1, block);
-            put(node + 1, node, &block.transpose());
-        }
-        out
-    }
-}
 
 /// Shares of the four unknowns `(w_1, theta_1, w_2, theta_2)` of the element that holds a place.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,21 +54,26 @@ impl Strip {
     /// # Errors
     /// [`Error::NonFinite`](crate::error::Error::NonFinite) where a matrix overflows.
     pub fn of(mesh: Mesh) -> Result<Self> {
-        let mut mass = BlockTridiagonal::zeros(mesh.len());
-        let mut damping = mass.clone();
-        let mut stiffness = mass.clone();
-        for element in 0..mesh.elements() {
-            let matrices = mesh.matrices(element);
-            mass.add(element, &matrices.mass);
-            damping.add(element, &matrices.damping);
-            stiffness.add(element, &matrices.stiffness);
-        }
         let (free, n) = number_unknowns(&mesh);
-        let system = System {
-            mass: mass.restrict(&free, n),
-            damping: damping.restrict(&free, n),
-            stiffness: stiffness.restrict(&free, n),
-        };
+        let mut matrices = [(); 3].map(|()| Banded::zeros(n, 3));
+        for node in 0..mesh.len() {
+            for (matrix, [diagonal, right]) in matrices.iter_mut().zip(mesh.block_row(node)) {
+                let mut put = |row: usize, column: usize, block: &Matrix2<f64>| {
+                    for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                        let unknown = |number: usize| free.get(number).copied().flatten();
+                        let (row, column) = (unknown(2 * row + i), unknown(2 * column + j));
+                        if let (Some(row), Some(column)) = (row, column) {
+                            matrix.add(row, column, block[(i, j)]);
+                        }
+                    }
+                };
+                put(node, node, &diagonal);
+                put(node, node + 1, &right);
+                put(node + 1, node, &right.transpose());
+            }
+        }
+        let [mass, damping, stiffness] = matrices;
+        let system = System { mass, damping, stiffness };
         system.mass.check_finite("mass matrix")?;
         system.damping.check_finite("damping matrix")?;
         system.stiffness.check_finite("stiffness matrix")?;

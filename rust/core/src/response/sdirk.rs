@@ -19,7 +19,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use nalgebra::{Matrix2, Matrix4};
+use nalgebra::Matrix2;
 use pulp::Simd;
 
 use super::record::Passed;
@@ -455,27 +455,12 @@ fn factored(mesh: &Mesh, first: usize, nodes: usize, h: f64) -> Vec<[f64; ROWS]>
 /// The diagonal block of a node and the block right of it, of `M`, `C` and `K`; without the latter
 /// at the last node of a window, and without the unknowns that the ends of the road hold.
 fn row_of(mesh: &Mesh, node: usize, is_last: bool) -> [[Matrix2<f64>; 2]; 3] {
-    let block = |matrix: &Matrix4<f64>, row: usize, column: usize| -> Matrix2<f64> {
-        matrix.fixed_view::<2, 2>(row, column).into_owned()
-    };
-    let left = node.checked_sub(1).map(|element| mesh.matrices(element));
-    let right = (node < mesh.elements()).then(|| mesh.matrices(node));
-    let mut rows = [[Matrix2::zeros(); 2]; 3];
-    if let Some(matrices) = left {
-        for (row, matrix) in rows.iter_mut().zip(matrices.all()) {
-            row[0] += block(matrix, 2, 2);
+    let mut rows = mesh.block_row(node);
+    for row in &mut rows {
+        if is_last {
+            row[1].fill(0.0);
         }
-    }
-    if let Some(matrices) = right {
-        for (row, matrix) in rows.iter_mut().zip(matrices.all()) {
-            row[0] += block(matrix, 0, 0);
-            if !is_last {
-                row[1] = block(matrix, 0, 2);
-            }
-        }
-    }
-    for k in 0..2 {
-        for row in &mut rows {
+        for k in 0..2 {
             if mesh.holds(2 * node + k) {
                 row[0].row_mut(k).fill(0.0);
                 row[0].column_mut(k).fill(0.0);
