@@ -104,6 +104,20 @@ pub enum Error {
         /// Degrees of freedom accepted.
         limit: usize,
     },
+    /// What a step takes from one node to another does not die away nearby.
+    #[error(
+        "within a step of {dt:?} s the motion of a node is felt more than {elements} elements of \
+         {length:.3} m away, too far for a banded solver: use the window or the dense one, a \
+         shorter dt or longer elements"
+    )]
+    TooWide {
+        /// Elements on each side that a band may have.
+        elements: usize,
+        /// Their length, m.
+        length: f64,
+        /// Time step, s.
+        dt: f64,
+    },
     /// The machine has no room for what is to be kept.
     #[error("no memory for the {gigabytes:.1} GB that are to be kept")]
     NoMemory {
@@ -139,6 +153,7 @@ impl Error {
             Self::Invalid { .. }
             | Self::Shape { .. }
             | Self::TooLarge { .. }
+            | Self::TooWide { .. }
             | Self::NoMemory { .. } => Kind::Input,
             Self::NonFinite { .. }
             | Self::Singular { .. }

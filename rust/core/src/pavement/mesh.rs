@@ -1,5 +1,7 @@
 //! The mesh of a road: sections, elements, nodes, and the matrices of each element.
 
+use std::ops::Range;
+
 use nalgebra::{Matrix2, Matrix4};
 
 use super::element::{Weights, bending, consistent, lumped};
@@ -130,28 +132,36 @@ impl Mesh {
         ends: Ends,
     ) -> Result<Self> {
         positive("element_length", element_length, "m")?;
-        let (mut pieces, mut nodes, mut start) = (Vec::new(), vec![0.0], 0.0);
+        let mut mesh = Self::empty(foundation, ends);
         for (number, section) in sections.iter().enumerate() {
             section.check(number, element_length)?;
             // A length that is a whole number of elements but for rounding gets just those.
             let count = (section.length / element_length - 1e-9).ceil().max(1.0);
-            let first = nodes.len() - 1;
-            let total = first as f64 + count;
+            let total = mesh.elements() as f64 + count;
             check("number of elements", total, "", "at most a million", |total| total <= 1e6)?;
-            let (length, count) = (section.length, count as usize);
-            let per_metre = count as f64 / length;
-            let matrices = section.matrices(length / count as f64, foundation);
-            pieces.push(Piece { first, start, length, count, per_metre, matrices });
-            nodes.extend((1..count).map(|node| start + length * node as f64 / count as f64));
-            // The last one is where the next section starts, to the last digit.
-            start += length;
-            nodes.push(start);
+            let matrices = section.matrices(section.length / count, foundation);
+            mesh.add(*section, count as usize, matrices);
         }
-        if nodes.len() < 3 {
+        if mesh.elements() < 2 {
             let allowed = format!("at least two elements of {element_length:?} m");
-            return Err(invalid("road length", format!("{start:?} m"), allowed));
+            return Err(invalid("road length", format!("{:?} m", mesh.length()), allowed));
         }
-        Ok(Self { sections: sections.to_vec(), pieces, nodes, foundation, ends })
+        Ok(mesh)
+    }
+
+    fn empty(foundation: Foundation, ends: Ends) -> Self {
+        Self { sections: Vec::new(), pieces: Vec::new(), nodes: vec![0.0], foundation, ends }
+    }
+
+    /// Lay a section of so many elements at the end.
+    fn add(&mut self, section: Section, count: usize, matrices: ElementMatrices) {
+        let (first, start, length) = (self.elements(), self.length(), section.length);
+        let per_metre = count as f64 / length;
+        self.sections.push(section);
+        self.pieces.push(Piece { first, start, length, count, per_metre, matrices });
+        self.nodes.extend((1..count).map(|node| start + length * node as f64 / count as f64));
+        // The last one is where the next section starts, to the last digit.
+        self.nodes.push(start + length);
     }
 
     /// The sections it was made of.
@@ -167,6 +177,38 @@ impl Mesh {
     /// Number of elements.
     pub(crate) fn elements(&self) -> usize {
         self.nodes.len() - 1
+    }
+
+    /// Elements of each section, one after the other.
+    pub(crate) fn stretches(&self) -> impl Iterator<Item = Range<usize>> {
+        self.pieces.iter().map(|piece| piece.first..piece.first + piece.count)
+    }
+
+    /// Some of its elements as a road of its own, held at both ends as this one is.
+    pub(crate) fn part(&self, elements: Range<usize>) -> Self {
+        let mut part = Self::empty(self.foundation, self.ends);
+        for (number, piece) in self.pieces.iter().enumerate() {
+            let first = elements.start.max(piece.first);
+            let count = elements.end.min(piece.first + piece.count).saturating_sub(first);
+            if count > 0 {
+                part.add_more(self, number, count);
+            }
+        }
+        part
+    }
+
+    /// So many elements of a section as a road of its own, held at both ends as this one is.
+    pub(crate) fn more_of(&self, section: usize, elements: usize) -> Self {
+        let mut road = Self::empty(self.foundation, self.ends);
+        road.add_more(self, section, elements);
+        road
+    }
+
+    /// Lay so many elements of a section of another road at the end.
+    fn add_more(&mut self, road: &Self, section: usize, count: usize) {
+        let (piece, section) = (&road.pieces[section], road.sections[section]);
+        let length = piece.step() * count as f64;
+        self.add(Section { length, ..section }, count, piece.matrices);
     }
 
     fn piece(&self, element: usize) -> &Piece {
@@ -218,7 +260,7 @@ impl Mesh {
                 row[0] += block(matrix, 2, 2);
             }
         }
-        if node < self.elements {
+        if node < self.elements() {
             for (row, matrix) in rows.iter_mut().zip(self.matrices(node).all()) {
                 row[0] += block(matrix, 0, 0);
                 row[1] = block(matrix, 0, 2);

@@ -103,6 +103,12 @@ impl Strip {
         &self.system
     }
 
+    /// Number of an unknown, counted `w_0, theta_0, w_1, ...`, in the free system; `None` where the
+    /// support holds it.
+    pub(crate) fn free(&self, unknown: usize) -> Option<usize> {
+        self.free[unknown]
+    }
+
     /// How a unit force at `x` is shared, or nothing off the road.
     #[must_use]
     pub fn shares(&self, x: f64, weights: Weights) -> Option<Shares> {

@@ -233,7 +233,7 @@ impl WithSimd for Run<'_, '_> {
             }
             batch.finish(stepper);
             for (step, deflection) in (start..instants).zip(batch.instants(probes.len())) {
-                extremes.update(step, &deflection[..nodes]);
+                extremes.update(step, 0, &deflection[..nodes]);
                 if step.is_multiple_of(*every) {
                     history.extend_from_slice(&deflection[*first_kept..]);
                 }

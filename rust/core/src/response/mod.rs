@@ -1,5 +1,6 @@
 //! The pavement's answer to tire forces, and what of it is kept.
 
+pub mod banded;
 pub mod dense;
 mod kernel;
 mod passes;

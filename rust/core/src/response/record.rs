@@ -1,5 +1,7 @@
 //! What is kept of a run: histories at chosen places, and the envelope of every node.
 
+use std::ops::Range;
+
 use super::passes::Passes;
 use crate::error::{Error, Result, check_count, invalid};
 use crate::pavement::mesh::Place;
@@ -153,6 +155,8 @@ pub(super) struct Extremes<'a> {
     envelope: Envelope,
     /// Whether extremes may lie between steps.
     sharp: bool,
+    /// The nodes that move now.
+    window: Range<usize>,
     /// Deflections at the last instant, which are not noted yet, and at the one before.
     last: Vec<f64>,
     before: Vec<f64>,
@@ -171,6 +175,7 @@ impl<'a> Extremes<'a> {
             envelope: Envelope::zeros(nodes, passes.axles()),
             passes,
             sharp,
+            window: 0..nodes,
             last: zeros(),
             before: zeros(),
             lowest: zeros(),
@@ -179,28 +184,33 @@ impl<'a> Extremes<'a> {
         }
     }
 
-    /// Take the deflections of an instant, and note those of the one before.
+    /// Take the deflections of the nodes from `first` on at an instant, and note those of the one
+    /// before. (A window that has moved on leaves nodes behind that have come to rest.)
     #[inline(always)]
-    pub(super) fn update(&mut self, instant: usize, deflection: &[f64]) {
+    pub(super) fn update(&mut self, instant: usize, first: usize, deflection: &[f64]) {
+        self.window = first..first + deflection.len();
         if let Some(last) = instant.checked_sub(1) {
             self.note(last, deflection, if self.sharp && last > 0 { 0.125 } else { 0.0 });
         }
         std::mem::swap(&mut self.before, &mut self.last);
-        self.last.copy_from_slice(deflection);
+        self.last[self.window.clone()].copy_from_slice(deflection);
     }
 
     /// Note the last instant.
     #[inline(always)]
     fn note(&mut self, instant: usize, next: &[f64], sharp: f64) {
-        let Self { passes, envelope, lowest, highest, lowest_step, .. } = self;
+        let Self { passes, envelope, window, lowest, highest, lowest_step, .. } = self;
         passes.advance(instant, |node, axle| {
             let [lowest, highest, step] =
                 [&mut *lowest, highest, lowest_step].map(|all| std::mem::take(&mut all[node]));
             envelope.take(node, axle, Passed { lowest, highest, step: step as usize });
         });
         let step = instant as f64;
+        let [lowest, highest, lowest_step] =
+            [lowest, highest, lowest_step].map(|all| &mut all[window.clone()]);
+        let [before, last] = [&self.before, &self.last].map(|all| &all[window.clone()]);
         let extremes = lowest.iter_mut().zip(highest).zip(lowest_step);
-        let motion = self.before.iter().zip(&self.last).zip(next);
+        let motion = before.iter().zip(last).zip(next);
         for (((lowest, highest), at), ((&before, &was), &is)) in extremes.zip(motion) {
             let (to, from) = (is - was, was - before);
             let (slope, bend) = (to + from, to - from);
@@ -216,7 +226,7 @@ impl<'a> Extremes<'a> {
 
     /// Note the last of so many instants, and hand over what all nodes went through.
     pub(super) fn finish(mut self, instants: usize) -> Envelope {
-        let last = self.last.clone();
+        let last = self.last[self.window.clone()].to_vec();
         self.note(instants - 1, &last, 0.0);
         for node in 0..self.lowest.len() {
             let (lowest, highest) = (self.lowest[node], self.highest[node]);

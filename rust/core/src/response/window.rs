@@ -15,7 +15,9 @@ use super::passes::Passes;
 use super::record::{Envelope, Keep, Record};
 use super::sdirk::{STAGES, Windows};
 use crate::analytical::WinklerBeam;
-use crate::error::{Result, Watch, check_count, diverged, go_on, invalid, positive, reserve};
+use crate::error::{
+    Error, Result, Watch, check_count, diverged, go_on, invalid, positive, reserve,
+};
 use crate::pavement::load::{Contact, Loads, TRACK_SHARE};
 use crate::pavement::{Mesh, Reading};
 
@@ -30,7 +32,7 @@ const LEAST_STEPS: f64 = 16.0;
 const WIDEST_BARS: f64 = 2.5;
 
 /// Nodes stepped between two looks at the watcher: a millisecond or so.
-const WATCHED: usize = 1 << 16;
+pub(super) const WATCHED: usize = 1 << 16;
 
 /// A road ready to be stepped through a window.
 #[derive(Debug, Clone)]
@@ -111,7 +113,7 @@ impl Road {
     /// # Errors
     /// [`Error::Invalid`](crate::error::Error::Invalid) for a speed or a pavement out of range.
     pub fn warm_up(&self, speed: f64) -> Result<f64> {
-        self.extent(speed).map(|(_, steps)| steps + 1.0)
+        extent(&self.mesh, self.dt, self.contact.print, speed).map(|(_, steps)| steps + 1.0)
     }
 
     /// The same without the error of second order in the step, by Richardson: from this run and one in
@@ -132,36 +134,36 @@ impl Road {
         let fine = finer.run(&halves, &mut |step, steps| watch(step + steps / 2, steps / 2 * 3))?;
         Ok(coarse.extrapolated(&fine))
     }
+}
 
-    /// How far ahead of the axles and behind them the window goes, m, and how many steps the
-    /// pavement remembers. All are infinite where nothing damps it out.
-    fn extent(&self, speed: f64) -> Result<([f64; 2], f64)> {
-        let (mut reach, mut memory) = ([0.0_f64; 2], 0.0_f64);
-        for section in self.mesh.sections() {
-            let beam = WinklerBeam::from(section);
-            // A beam without a bed has no decay along the road.
-            if beam.stiffness <= 0.0 {
-                return Ok(([f64::INFINITY; 2], f64::INFINITY));
-            }
-            let [ahead, behind] = beam.reach(speed, TOLERANCE)?;
-            reach = [reach[0].max(ahead), reach[1].max(behind)];
-            memory = memory.max(beam.memory(TOLERANCE)?);
-            if let Some(spacing) = self.mesh.spacing_of_bars() {
-                // Between bars that are far apart, or if nothing but them is damped, waves live on.
-                let between = beam.memory_without_bed(TOLERANCE, spacing);
-                let apart = spacing * beam.decay() > WIDEST_BARS;
-                memory = memory.max(if apart { f64::INFINITY } else { between });
-            }
+/// How far ahead of the axles and behind them the window goes, m, and how many steps the
+/// pavement remembers. All are infinite where nothing damps it out.
+pub(super) fn extent(mesh: &Mesh, dt: f64, print: f64, speed: f64) -> Result<([f64; 2], f64)> {
+    let (mut reach, mut memory) = ([0.0_f64; 2], 0.0_f64);
+    for section in mesh.sections() {
+        let beam = WinklerBeam::from(section);
+        // A beam without a bed has no decay along the road.
+        if beam.stiffness <= 0.0 {
+            return Ok(([f64::INFINITY; 2], f64::INFINITY));
         }
-        // A step, however long, leaves some of what it damps.
-        let steps = (memory / self.dt).ceil().max(LEAST_STEPS);
-        if steps.is_infinite() {
-            return Ok(([f64::INFINITY; 2], steps));
+        let [ahead, behind] = beam.reach(speed, TOLERANCE)?;
+        reach = [reach[0].max(ahead), reach[1].max(behind)];
+        memory = memory.max(beam.memory(TOLERANCE)?);
+        if let Some(spacing) = mesh.spacing_of_bars() {
+            // Between bars that are far apart, or if nothing but them is damped, waves live on.
+            let between = beam.memory_without_bed(TOLERANCE, spacing);
+            let apart = spacing * beam.decay() > WIDEST_BARS;
+            memory = memory.max(if apart { f64::INFINITY } else { between });
         }
-        // What an axle has left behind moves on, where it is, for as long as the pavement remembers.
-        let way = [reach[0] + speed * self.dt, reach[1].max(speed * self.dt * steps)];
-        Ok((way.map(|length| length + 0.5 * self.contact.print), steps))
     }
+    // A step, however long, leaves some of what it damps.
+    let steps = (memory / dt).ceil().max(LEAST_STEPS);
+    if steps.is_infinite() {
+        return Ok(([f64::INFINITY; 2], steps));
+    }
+    // What an axle has left behind moves on, where it is, for as long as the pavement remembers.
+    let way = [reach[0] + speed * dt, reach[1].max(speed * dt * steps)];
+    Ok((way.map(|length| length + 0.5 * print), steps))
 }
 
 /// What is ahead of a part of a run.
@@ -210,7 +212,8 @@ impl WithSimd for Run<'_, '_> {
         let Self { road, loads, instants, block, watch } = self;
         let Lead { before, warm_up } = block.unwrap_or_default();
         let mesh = &road.mesh;
-        let (reach, memory) = road.extent(loads.speed(road.dt))?;
+        let speed = loads.speed(road.dt);
+        let (reach, memory) = extent(mesh, road.dt, road.contact.print, speed)?;
         let nodes = window_nodes(mesh, loads, reach);
         let first = |instant, first| first_node(mesh, loads, instant, reach[1], nodes, first);
         let mut parts: Vec<Part<'_>> =
@@ -342,12 +345,7 @@ impl Road {
                     }
                 });
                 if !inside {
-                    let given = format!("{} m at instant {instant}", loads.positions[now]);
-                    return Err(invalid(
-                        format!("place of axle {axle}"),
-                        given,
-                        "within the window of the axle ahead: axles only go forward",
-                    ));
+                    return Err(behind(axle, loads.positions[now], instant));
                 }
             }
         }
@@ -365,8 +363,17 @@ fn halved(values: &[f64], columns: usize) -> Vec<f64> {
     between.chain(rows.last().into_iter().copied().flatten().copied()).collect()
 }
 
+/// The error of an axle that is not on the window.
+pub(super) fn behind(axle: usize, x: f64, instant: usize) -> Error {
+    invalid(
+        format!("place of axle {axle}"),
+        format!("{x} m at instant {instant}"),
+        "within the window of the axle ahead: axles only go forward",
+    )
+}
+
 /// Nodes of the window: all axles, and the reach ahead and behind.
-fn window_nodes(mesh: &Mesh, loads: &Loads<'_>, [ahead, behind]: [f64; 2]) -> usize {
+pub(super) fn window_nodes(mesh: &Mesh, loads: &Loads<'_>, [ahead, behind]: [f64; 2]) -> usize {
     let length = loads.span() + ahead + behind;
     // Two elements that are only partly covered, and one that the step goes into.
     let elements = (length / mesh.shortest()).ceil() + 3.0;
@@ -375,7 +382,7 @@ fn window_nodes(mesh: &Mesh, loads: &Loads<'_>, [ahead, behind]: [f64; 2]) -> us
 
 /// First node of the window at an instant, which is not ahead of `first`; none where all axles have
 /// left the road.
-fn first_node(
+pub(super) fn first_node(
     mesh: &Mesh,
     loads: &Loads<'_>,
     instant: usize,
