@@ -244,7 +244,7 @@ def test_one_error_is_one(write: Callable[[str], Path]) -> None:
         ("vehicle = 5", "vehicle: "),
         ("road = 5", "road: "),
         ('scheme = "exact"', "must be one of ['paper', 'converged']"),
-        ('[scheme]\npreset = "paper"\nsolver = "banded"', "solver"),
+        ('[scheme]\npreset = "paper"\nsolver = "sparse"', "solver"),
         ('[scheme]\npreset = 5', "scheme"),
         ('[profile]\nmake = "waves"', "make = 'waves': must be one of"),
         ("[profile]\nlength = 5.0", "must be one of ['smooth', 'iso8608']"),

@@ -85,5 +85,5 @@ def test_a_scenario_file_can_ask_for_it(tmp_path: Path) -> None:
 
 
 def test_a_long_road_names_the_window() -> None:
-    with pytest.raises(ValueError, match='use a Scheme with solver="window"'):
+    with pytest.raises(ValueError, match=r'use a Scheme with solver="banded" .* or "window"'):
         pf.simulate(pf.Road(length=900.0), pf.vehicles.tandem_truck())

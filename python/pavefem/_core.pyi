@@ -13,6 +13,7 @@ __all__ = [
     "IRI_START",
     "TIRE_PRINT",
     "TRACK_SHARE",
+    "Banded",
     "SimplySupportedBeam",
     "Stepper",
     "Strip",
@@ -102,6 +103,27 @@ class Stepper:
         *,
         print: float = 0.0,
     ) -> Stepper: ...
+    def run(
+        self, positions: _Array, forces: _Array, progress: _Progress | None = None
+    ) -> tuple[_Array, _Array, _Array, NDArray[np.uint64], _Array]: ...
+
+@final
+class Banded:
+    def __new__(
+        cls,
+        sections: _Array,
+        element_length: float,
+        foundation: str,
+        ends: str,
+        dt: float,
+        weights: str,
+        hold: str,
+        keep: _Keep,
+        *,
+        print: float = 0.0,
+    ) -> Banded: ...
+    @property
+    def nodes(self) -> _Array: ...
     def run(
         self, positions: _Array, forces: _Array, progress: _Progress | None = None
     ) -> tuple[_Array, _Array, _Array, NDArray[np.uint64], _Array]: ...

@@ -33,10 +33,10 @@ class Scheme(Model):
     (second order)."""
     dt: Positive = 1e-3
     """Time step, s."""
-    solver: Literal["dense", "window"] = "dense"
+    solver: Literal["dense", "banded", "window"] = "dense"
     """The whole road by its transition matrix, exact in time for such nodal forces, up to some
-    500 m; or a window that moves with the vehicle, by a two-stage method of second order, for any
-    length."""
+    500 m; or a window that moves with the vehicle, on a road of any length: by a band of that
+    matrix, as exact, or by a two-stage method of second order, some times faster."""
     order: Literal[2, 3] = 2
     """Order in dt of the window: 3, at three times the work, is extrapolated from steps of dt and
     dt / 2, for runs that verify others."""

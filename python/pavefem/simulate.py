@@ -92,15 +92,15 @@ def simulate(
         Histories to keep besides the envelope, the peaks under each axle and the extremes of the
         tire forces: ``"tire_force"``, and of the pavement ``"deflection"``, ``"velocity"``,
         ``"curvature"``, ``"moment"``, ``"strain"`` (of the bottom fibre), ``"pressure"`` (on the
-        foundation). All but deflections need a scheme with ``solver="window"``. ``"envelope"``
-        keeps none.
+        foundation). All but deflections need a scheme with ``solver="banded"`` or ``"window"``.
+        ``"envelope"`` keeps none.
     every : int
         Keep every n-th instant of the histories. The envelope sees all.
     stations : sequence of float, optional
         Places, m, whose histories are kept in place of those of all nodes (between nodes by the
         element's shape functions).
     cache : bool
-        Whether transition matrices are kept between runs, in memory and on disk.
+        Whether dense transition matrices are kept between runs, in memory and on disk.
     progress : bool
         Show progress when the run takes over a second.
     store : path, optional
@@ -258,7 +258,7 @@ def _kept(scenario: Scenario, keep: Keep, every: int, stations: Sequence[float] 
     if beyond and scenario.scheme.solver == "dense":
         raise ValueError(
             f'keep = {keep!r}: solver="dense" answers deflections only; for {", ".join(beyond)} '
-            'use solver="window", as Scheme.converged() or Scheme.paper(solver="window") has it'
+            'use solver="banded", the same steps, or "window", as Scheme.converged() has it'
         )
     return _Kept(along, "tire_force" in quantities, None if stations is None else places, every)
 
@@ -332,7 +332,8 @@ def _check_size(scenario: Scenario, mesh: _Mesh, kept: _Kept) -> None:
         raise ValueError(
             f"a road of {road.length:g} m in elements of {mesh.element_length:g} m has "
             f"{2.0 * elements:.4g} unknowns; with dense matrices the limit is {_core.DENSE_LIMIT}: "
-            'use a Scheme with solver="window", a shorter road or longer elements'
+            'use a Scheme with solver="banded" (the same steps) or "window" (faster ones of second '
+            "order), a shorter road or longer elements"
         )
     steps = (road.length + scenario.vehicle.length) / (float(kmh(scenario.speed_kmh)) * scheme.dt)
     columns = len(names) * (elements if nodes else stations.size)
@@ -363,10 +364,13 @@ def _stepper(
     kept: tuple[list[str], bool, np.ndarray, int],
     cache: bool,
     files: bool,
-) -> tuple[_core.Stepper | _core.Window, np.ndarray]:
+) -> tuple[_core.Stepper | _core.Banded | _core.Window, np.ndarray]:
     """Prepare the road for stepping, or take what a run before has prepared; and its nodes."""
     scheme = scenario.scheme
     weights, hold, tire_print = scheme.weights, scheme.hold, scheme.tire_print
+    if scheme.solver == "banded":
+        banded = _core.Banded(*mesh, scheme.dt, weights, hold, kept, print=tire_print)
+        return banded, banded.nodes
     if scheme.solver == "window":
         extrapolate = scheme.order == 3
         window = _core.Window(

@@ -20,7 +20,7 @@ mod _core {
     #[pymodule_export]
     use crate::beams::{SimplySupportedBeam, WinklerBeam};
     #[pymodule_export]
-    use crate::pavement::{Stepper, Strip, Transition, Window};
+    use crate::pavement::{Banded, Stepper, Strip, Transition, Window};
     #[pymodule_export]
     use crate::roughness::iri;
     #[pymodule_export]

@@ -3,7 +3,7 @@
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pavefem_core::error::{Result, Watch};
 use pavefem_core::pavement::{self, Bed, Contact, Ends, Foundation, Section, Weights};
-use pavefem_core::response::{Hold, Keep, Loads, Quantity, Record, dense, window};
+use pavefem_core::response::{Hold, Keep, Loads, Quantity, Record, banded, dense, window};
 use pavefem_core::transition::{self, Form, Levels, Phi, Series, System};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -296,6 +296,52 @@ fn answer(py: Python<'_>, record: Record, columns: usize) -> PyResult<Answer<'_>
         PyArray1::from_vec(py, envelope.lowest_step),
         table(py, envelope.passes, nodes)?,
     ))
+}
+
+/// A road stepped by the band of its transition matrix.
+#[pyclass(frozen, module = "pavefem._core")]
+pub(crate) struct Banded(banded::Road);
+
+#[pymethods]
+impl Banded {
+    #[new]
+    #[pyo3(signature = (sections, element_length, foundation, ends, dt, weights, hold, keep, *, print=0.0))]
+    #[expect(clippy::too_many_arguments, reason = "each is a plain number the scheme needs")]
+    fn new(
+        py: Python<'_>,
+        sections: PyReadonlyArray2<'_, f64>,
+        element_length: f64,
+        foundation: &str,
+        ends: &str,
+        dt: f64,
+        weights: &str,
+        hold: &str,
+        keep: Kept<'_>,
+        print: f64,
+    ) -> PyResult<Self> {
+        let sections = self::sections(&sections)?;
+        let mesh = mesh(&sections, element_length, foundation, ends)?;
+        let (scheme, keep) = (scheme(weights, hold, print)?, self::keep(keep)?);
+        detached(py, None, |watch| banded::Road::new(mesh, dt, scheme, keep, watch)).map(Self)
+    }
+
+    #[getter]
+    fn nodes<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, self.0.nodes())
+    }
+
+    #[pyo3(signature = (positions, forces, progress=None))]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        positions: PyReadonlyArray2<'_, f64>,
+        forces: PyReadonlyArray2<'_, f64>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Answer<'py>> {
+        run(py, &positions, &forces, progress, self.0.columns(), |loads, watch| {
+            self.0.run(loads, watch)
+        })
+    }
 }
 
 /// A road stepped through a window.

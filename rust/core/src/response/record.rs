@@ -135,7 +135,7 @@ impl Keep {
     pub(super) fn probes(&self, strip: &Strip) -> Result<Vec<Shares>> {
         check_count("every", self.every, "at least 1", |every| every >= 1)?;
         if self.quantities.iter().any(|quantity| *quantity != Quantity::Deflection) {
-            let allowed = "deflections only, from a transition matrix; the window has all";
+            let allowed = "deflections only, from the whole transition matrix; a window has all";
             return Err(invalid("quantities", format!("{:?}", self.quantities), allowed));
         }
         let probe =
