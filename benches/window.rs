@@ -1,5 +1,5 @@
 //! The moving window: the paper's case, and what a vehicle-second costs by mesh and on roads of 25 m to
-//! 100 km.
+//! 100 km; and the same by the band of the transition matrix.
 //!
 //! `cargo bench -p pavefem-core --bench window`. Each time stands beside the error of the same run.
 
@@ -11,8 +11,7 @@ use std::time::Instant;
 
 use pavefem_core::asphalt;
 use pavefem_core::pavement::{Bed, Ends, Foundation, Mesh, Section, Strip, Weights};
-use pavefem_core::response::window::Road;
-use pavefem_core::response::{Hold, Keep, Loads, Record, Stepper};
+use pavefem_core::response::{Hold, Keep, Loads, Record, Stepper, banded, window};
 use pavefem_core::transition::Transition;
 
 const SPEED: f64 = 65.0 / 3.6;
@@ -48,23 +47,40 @@ fn passage(length: f64, dt: f64) -> (Vec<f64>, Vec<f64>) {
     ((0..=steps).flat_map(place).collect(), FORCES.repeat(steps + 1))
 }
 
-fn windowed(length: f64, (h, foundation, scheme): Scheme, dt: f64) -> impl Fn() -> Record {
+fn mesh(length: f64, (h, foundation, _): Scheme) -> Mesh {
+    Mesh::new(&[section(length)], h, foundation, Ends::Clamped).unwrap()
+}
+
+fn windowed(length: f64, scheme: Scheme, dt: f64) -> impl Fn() -> Record {
     let (positions, forces) = passage(length, dt);
     move || {
-        let sections = [section(length)];
-        let mesh = Mesh::new(&sections, h, foundation, Ends::Clamped).unwrap();
-        let road = Road::new(mesh, dt, scheme, ENVELOPE).unwrap();
+        let road = window::Road::new(mesh(length, scheme), dt, scheme.2, ENVELOPE).unwrap();
         let loads = Loads { axles: 3, positions: &positions, forces: &forces };
         road.run(&loads, &mut |_, _| true).unwrap()
     }
 }
 
-fn dense(length: f64, (h, foundation, scheme): Scheme, dt: f64) -> impl Fn() -> Record {
+/// A band, and what finding it took in seconds.
+fn band(length: f64, scheme: Scheme, dt: f64) -> (impl Fn() -> Record, f64) {
+    let start = Instant::now();
+    let mesh = mesh(length, scheme);
+    let road = banded::Road::new(mesh, dt, scheme.2, ENVELOPE, &mut |_, _| true).unwrap();
+    let taken = start.elapsed().as_secs_f64();
+    let (positions, forces) = passage(length, dt);
+    let run = move || {
+        let loads = Loads { axles: 3, positions: &positions, forces: &forces };
+        road.run(&loads, &mut |_, _| true).unwrap()
+    };
+    (run, taken)
+}
+
+fn dense(length: f64, scheme: Scheme, dt: f64) -> impl Fn() -> Record {
     let (positions, forces) = passage(length, dt);
     move || {
-        let strip = Strip::new(&[section(length)], h, foundation, Ends::Clamped).unwrap();
+        let strip = Strip::of(mesh(length, scheme)).unwrap();
         let transition = Transition::of(strip.system(), dt, &mut |_, _| true).unwrap();
-        let stepper = Stepper::new(strip, transition, scheme, &ENVELOPE, &mut |_, _| true).unwrap();
+        let stepper =
+            Stepper::new(strip, transition, scheme.2, &ENVELOPE, &mut |_, _| true).unwrap();
         let loads = Loads { axles: 3, positions: &positions, forces: &forces };
         stepper.run(&loads, &mut |_, _| true).unwrap()
     }
@@ -103,11 +119,35 @@ fn paper_case() {
     }
 }
 
-fn road_lengths(lengths: &[f64]) {
+/// The banded transition against the dense one: the same numbers, and what they cost.
+fn banded_case(length: f64) {
     for (name, scheme) in [("paper", PAPER), ("converged", CONVERGED)] {
+        let ((run, cold), whole) = (band(length, scheme, DT), dense(length, scheme, DT));
+        let seconds = length / SPEED;
+        let ((found, expected), warm) = ((run(), whole()), fastest(5, &run));
+        let pairs = found.envelope.lowest.iter().zip(&expected.envelope.lowest);
+        let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest(&expected);
+        println!(
+            "{name}: {length} m, band found in {:.0} ms, then {:.3} ms a vehicle-second; its \
+             envelope within {error:.1e} of that of the dense matrix",
+            1e3 * cold,
+            1e3 * warm / seconds,
+        );
+    }
+}
+
+fn road_lengths(lengths: &[f64]) {
+    type Make = fn(f64) -> Box<dyn Fn() -> Record>;
+    let methods: [(&str, Make); 4] = [
+        ("paper", |length| Box::new(windowed(length, PAPER, DT))),
+        ("converged", |length| Box::new(windowed(length, CONVERGED, DT))),
+        ("paper, banded", |length| Box::new(band(length, PAPER, DT).0)),
+        ("converged, banded", |length| Box::new(band(length, CONVERGED, DT).0)),
+    ];
+    for (name, make) in methods {
         let mut costs = Vec::new();
         for &length in lengths {
-            let work = windowed(length, scheme, DT);
+            let work = make(length);
             let seconds = length / SPEED;
             let taken = fastest(if length < 5e3 { 5 } else { 1 }, &work);
             costs.push((length.ln(), (taken / seconds).ln()));
@@ -152,6 +192,7 @@ fn main() {
     if std::env::args().any(|argument| argument == "--bench") {
         paper_case();
         meshes(&[0.5, 0.25, 0.125, 0.0625]);
+        banded_case(100.0);
         road_lengths(&[25.0, 250.0, 2.5e3, 25e3, 100e3]);
     } else {
         meshes(&[0.5]);
