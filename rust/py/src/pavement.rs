@@ -227,7 +227,6 @@ pub(crate) struct Stepper(dense::Stepper);
 impl Stepper {
     #[new]
     #[pyo3(signature = (strip, transition, weights, hold, keep, *, print=0.0))]
-    #[expect(clippy::too_many_arguments, reason = "each is a plain number the scheme needs")]
     fn new(
         py: Python<'_>,
         strip: &Strip,
