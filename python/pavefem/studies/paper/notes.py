@@ -18,8 +18,8 @@ from pavefem.studies.paper.numbers import (
     Numbers,
     sensitivities_to_speed,
 )
+from pavefem.studies.paper.sensitivity import paper_sensitivity
 from pavefem.studies.paper.wording import MM, ROWS, listed, percent, sensitivity
-from pavefem.studies.sensitivity import paper_sensitivity
 
 
 class Note(NamedTuple):
