@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from pavefem._model import whole_number
 from pavefem.errors import ValidityWarning
 from pavefem.scenario import Scenario
-from pavefem.studies.fields import resolve
+from pavefem.studies.fields import checked_bounds, resolve
 from pavefem.studies.outputs import Outputs, outputs_of
 from pavefem.studies.work import evaluate
 
@@ -322,7 +322,8 @@ class _Study:
     ) -> _Study:
         if isinstance(model, Mapping):
             model = Scenario.model_validate(model)
-        names, ranges = [*parameters], _ranges(parameters)
+        bounds = checked_bounds(parameters)
+        names, ranges = [*bounds], np.array([*bounds.values()])
         if isinstance(model, Scenario):
             outputs = "max_deflection" if outputs is None else outputs
             found = outputs_of(outputs)
@@ -422,23 +423,6 @@ class _Study:
             dataset["points"] = ("run", "parameter"), points
             dataset["answers"] = ("run", "output"), answers
         return dataset
-
-
-def _ranges(parameters: Ranges) -> Array:
-    if not isinstance(parameters, Mapping) or not parameters:
-        raise ValueError(
-            f"parameters = {parameters!r}: must be names of one or more with their ranges"
-        )
-    rows = []
-    for name, pair in parameters.items():
-        try:
-            low, high = (float(value) for value in pair)
-        except (TypeError, ValueError):
-            raise ValueError(f"range of {name} is {pair!r}: must be two numbers") from None
-        if not (np.isfinite([low, high]).all() and low < high):
-            raise ValueError(f"range of {name} is {low:g} to {high:g}: the first must be lower")
-        rows.append((low, high))
-    return np.array(rows)
 
 
 def _all_of(study: _Study, points: Array, found: tuple[Array, Sequence[str]]) -> Array:
