@@ -22,9 +22,9 @@ from numpy.typing import ArrayLike, NDArray
 from pavefem._model import whole_number
 from pavefem.errors import ValidityWarning
 from pavefem.scenario import Scenario
+from pavefem.studies.evaluation import evaluate
 from pavefem.studies.fields import checked_bounds, resolve
 from pavefem.studies.outputs import Outputs, outputs_of
-from pavefem.studies.work import evaluate
 
 if TYPE_CHECKING:
     from distributed import Client
