@@ -23,7 +23,7 @@ import xarray as xr
 
 import pavefem as pf
 from pavefem.simulate import forces_on_road
-from pavefem.studies import evaluate, executors, fields, points, store, work
+from pavefem.studies import evaluate, evaluation, executors, fields, points, store
 from pavefem.studies.points import plan_of
 
 WINDOW = pf.Scheme.paper(solver="window")
@@ -898,7 +898,7 @@ def test_progress_counts_points(
     def bar(show: bool, _: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: told.append((show, done, total))
 
-    monkeypatch.setattr(work, "progress_bar", bar)
+    monkeypatch.setattr(evaluation, "progress_bar", bar)
     pf.sweep(base, temperature_c=[20.0, 21.0, 22.0], progress=True, workers=1)
     done = [count for _, count, _ in told]
     assert done == sorted(done) and told[-1] == (True, 3, 3) and len(told) == 3

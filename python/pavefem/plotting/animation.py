@@ -27,7 +27,7 @@ from PIL import Image
 
 from pavefem._files import replacing
 from pavefem._progress import progress_bar
-from pavefem.plotting.style import KN, MM, colour, new_figure, plain
+from pavefem.plotting.style import KN, MM, colour, heading, new_figure
 from pavefem.plotting.vehicle import BOX, FRAME, HUB, SideView
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ STRIP: Final = 1.25
 FOOT: Final = 0.88
 
 GREY: Final = "#4d4d4d"
-DEFLECTED: Final = "#0072b2"
+DEFLECTED: Final = colour(0)
 COLOURS: Final = 64
 """Of a GIF: enough for these pictures, and half the room of 256."""
 
@@ -395,12 +395,10 @@ class _Scene:
 
     def _draw_texts(self, scenario: Scenario, height: float) -> None:
         inch = 1.0 / height
-        profile = "smooth road" if scenario.profile is None else plain(scenario.profile.name)
         self.figure.text(
             MARGIN[0] / WIDTH,
             1.0 - 0.22 * inch,
-            f"{plain(scenario.vehicle.name)}, {scenario.speed_kmh:g} km/h, "
-            f"{scenario.temperature_c:g} °C, {profile}",
+            heading(scenario),
             weight="bold",
             va="center",
         )

@@ -25,7 +25,7 @@ def plot_profile(profile: Profile, road: tuple[float, float] | None = None) -> F
     level = profile.z[0]
     draw_line(axes, profile.x, (profile.z - level) * MM, "black", linewidth=0.9)
     if road is not None:
-        axes.axvspan(*road, color="#0072b2", alpha=0.15, label="pavement")
+        axes.axvspan(*road, color=colour(0), alpha=0.15, label="pavement")
         axes.legend(fontsize="small")
     title = plain(profile.name) or "road profile"
     label = f"elevation above {level:.3f} m [mm]"

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pavefem.plotting.style import KN, MM, MOST_POINTS, colour, draw_line, new_figure, plain
+from pavefem.plotting.style import KN, MM, MOST_POINTS, colour, draw_line, heading, new_figure
 
 if TYPE_CHECKING:
     from pavefem.quantities import Quantity
@@ -18,6 +18,15 @@ if TYPE_CHECKING:
 
 AROUND: Final = 1.0
 """What is shown of a long history before the first axle and behind the last one, s."""
+_SHOWN: Final = {
+    "deflection": (MM, "mm"),
+    "velocity": (MM, "mm/s"),
+    "curvature": (1e3, "1/km"),
+    "moment": (KN, "kN m"),
+    "strain": (1e6, "µm/m"),
+    "pressure": (KN, "kPa"),
+}
+"""Factor and unit that a quantity is drawn in."""
 
 
 def plot_result(result: Result, x: float | None = None) -> Figure:
@@ -51,24 +60,8 @@ def plot_result(result: Result, x: float | None = None) -> Figure:
     figure = new_figure(6.0 * columns, 3.4 * rows + 0.5)
     for number, panel in enumerate(panels, start=1):
         panel(figure.add_subplot(rows, columns, number), result)
-    scenario = result.scenario
-    profile = "smooth road" if scenario.profile is None else plain(scenario.profile.name)
-    figure.suptitle(
-        f"{plain(scenario.vehicle.name)}, {scenario.speed_kmh:g} km/h, "
-        f"{scenario.temperature_c:g} °C, {profile}"
-    )
+    figure.suptitle(heading(result.scenario))
     return figure
-
-
-_SHOWN: Final = {
-    "deflection": (MM, "mm"),
-    "velocity": (MM, "mm/s"),
-    "curvature": (1e3, "1/km"),
-    "moment": (KN, "kN m"),
-    "strain": (1e6, "µm/m"),
-    "pressure": (KN, "kPa"),
-}
-"""Factor and unit that a quantity is drawn in."""
 
 
 def draw_history(axes: Axes, result: Result, x: float, quantity: Quantity = "deflection") -> None:
@@ -139,12 +132,12 @@ def draw_envelope(axes: Axes, result: Result) -> None:
     """Draw the extremes of every node, its lowest as each axle passes, the largest deflection."""
     worst = int(result.lowest.argmin())
     axes.fill_between(
-        result.x, result.lowest * MM, result.highest * MM, alpha=0.25, color="#0072b2"
+        result.x, result.lowest * MM, result.highest * MM, alpha=0.25, color=colour(0)
     )
     for axle, peaks in enumerate(result.peak_deflection):
         label = f"lowest as axle {axle + 1} passes"
         draw_line(axes, result.x, -peaks * MM, colour(axle), linewidth=0.8, label=label)
-    draw_line(axes, result.x, result.highest * MM, "#d55e00", label="highest")
+    draw_line(axes, result.x, result.highest * MM, colour(1), label="highest")
     axes.plot(
         result.x[worst],
         result.lowest[worst] * MM,

@@ -9,9 +9,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pavefem.plotting.style import colour, new_figure, plain
+from pavefem.plotting.style import KN, MM, colour, new_figure, plain
 
-_SCALES: Final = {"m": (1e3, "mm"), "N": (1e-3, "kN")}
+_SCALES: Final = {"m": (MM, "mm"), "N": (KN, "kN")}
 """How outputs of some units are shown."""
 
 

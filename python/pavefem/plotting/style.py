@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+if TYPE_CHECKING:
+    from pavefem.scenario import Scenario
+
 MM: Final = 1e3
 KN: Final = 1e-3
 COLOURS: Final = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 """Told apart by colour-blind readers too."""
-
 
 BINS: Final = 800
 """Into which the points of a long line go: as many as the pixels that a panel is wide."""
@@ -54,6 +56,15 @@ def draw_line(
     middles = x[(starts + np.append(starts[1:], x.size)) // 2]
     axes.fill_between(middles, low, high, step="mid", color=ink, alpha=0.35, linewidth=0.0)
     axes.plot(middles, means, color=ink, linewidth=linewidth, label=label)
+
+
+def heading(scenario: Scenario) -> str:
+    """Say which vehicle runs over what, how fast and how warm."""
+    profile = "smooth road" if scenario.profile is None else plain(scenario.profile.name)
+    return (
+        f"{plain(scenario.vehicle.name)}, {scenario.speed_kmh:g} km/h, "
+        f"{scenario.temperature_c:g} °C, {profile}"
+    )
 
 
 def plain(text: str) -> str:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from pavefem.studies.calibration import Calibration, calibrate
-from pavefem.studies.global_sensitivity import morris, sobol, tornado
+from pavefem.studies.evaluation import Answers, evaluate
 from pavefem.studies.measurements import DeflectionHistory, ForceDeflection
-from pavefem.studies.paper import Reproduction, reproduce_paper
-from pavefem.studies.sensitivity import paper_sensitivity
+from pavefem.studies.paper import Reproduction, paper_sensitivity, reproduce_paper
+from pavefem.studies.sensitivity import morris, sobol, tornado
 from pavefem.studies.sweep import sweep
-from pavefem.studies.work import Answers, evaluate
 
 __all__ = [
     "Answers",

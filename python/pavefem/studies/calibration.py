@@ -20,7 +20,7 @@ from pavefem.pavement import Pavement
 from pavefem.road import Road
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
-from pavefem.studies.fields import Field, changed_part, resolve
+from pavefem.studies.fields import Field, changed_part, checked_bounds, resolve
 from pavefem.studies.measurements import DeflectionHistory, ForceDeflection, Measurement
 
 if TYPE_CHECKING:
@@ -293,7 +293,7 @@ def calibrate(
     {'asphalt_bar_stiffness': '5.6e+07', 'bar_rigidity': '9.5e+07'}
     """
     tests = _check_measurements(measurements)
-    bounds = _check_bounds(parameters)
+    bounds = {name: Bounds(*pair) for name, pair in checked_bounds(parameters).items()}
     model = _Model(Scenario(road=road, scheme=scheme), tests, bounds)
     if not model.noise_known and model.measured.size <= len(bounds):
         raise ValueError(
@@ -562,20 +562,3 @@ def _check_measurements(
             "it for all measurements or for none"
         )
     return tests
-
-
-def _check_bounds(parameters: Mapping[str, tuple[float, float]]) -> dict[str, Bounds]:
-    if not isinstance(parameters, Mapping) or not parameters:
-        raise ValueError(
-            f"parameters = {parameters!r}: must be names of one or more fields with their bounds"
-        )
-    checked = {}
-    for name, pair in parameters.items():
-        try:
-            low, high = (float(value) for value in pair)
-        except (TypeError, ValueError):
-            raise ValueError(f"bounds of {name} are {pair!r}: must be two numbers") from None
-        if not (np.isfinite([low, high]).all() and low < high):
-            raise ValueError(f"bounds of {name} are {low:g} and {high:g}: the first must be lower")
-        checked[name] = Bounds(low, high)
-    return checked

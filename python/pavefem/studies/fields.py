@@ -9,6 +9,7 @@ the profile to an IRI in m/km. Any end of a path is a name for it, if no other p
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -158,6 +159,32 @@ def _resolve(base: Scenario, name: str, known: Sequence[str]) -> Field:
             "built by a function of pavefem.vehicles or one marked pavefem.vehicles.builder"
         )
     raise ValueError(f"{name} is no field of the scenario{hint}. Fields: {', '.join(known)}")
+
+
+def checked_bounds(
+    parameters: Mapping[str, tuple[float, float]],
+) -> dict[str, tuple[float, float]]:
+    """Take the two values between which each parameter lies.
+
+    Raises
+    ------
+    ValueError
+        If there is no parameter, or values are not two finite numbers, the lower one first.
+    """
+    if not isinstance(parameters, Mapping) or not parameters:
+        raise ValueError(
+            f"parameters = {parameters!r}: must be names of one or more with their bounds"
+        )
+    checked = {}
+    for name, pair in parameters.items():
+        try:
+            low, high = (float(value) for value in pair)
+        except (TypeError, ValueError):
+            raise ValueError(f"bounds of {name} are {pair!r}: must be two numbers") from None
+        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+            raise ValueError(f"bounds of {name} are {low:g} and {high:g}: the first must be lower")
+        checked[name] = low, high
+    return checked
 
 
 # --- parts of a scenario with other values ------------------------------------------------------

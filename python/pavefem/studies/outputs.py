@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import partial
+from operator import attrgetter
 from typing import Any, Final
 
 import numpy as np
@@ -55,19 +56,8 @@ class Output:
         return number
 
 
-def _max_deflection(result: Result) -> float:
-    return result.max_deflection
-
-
-def _mid_deflection(result: Result) -> float:
-    return result.mid_deflection
-
-
-def _rebound(result: Result) -> float:
-    return result.rebound
-
-
 def _dlc(result: Result) -> NDArray[np.float64]:
+    """As `metrics.dlc`, whose labels take as long as a run."""
     forces = result.forces
     assert forces is not None  # the output says what to keep
     spread: NDArray[np.float64] = forces.force.std(axis=0)
@@ -98,11 +88,12 @@ def _least(values: _ByAxle, result: Result) -> float:
     return float(values(result).min())
 
 
-_OF_RUN: Final[Mapping[str, tuple[Function, str]]] = {
-    "max_deflection": (_max_deflection, "largest deflection"),
-    "mid_deflection": (_mid_deflection, "largest deflection at mid-length"),
-    "rebound": (_rebound, "largest rebound"),
+_OF_RUN: Final = {
+    "max_deflection": "largest deflection",
+    "mid_deflection": "largest deflection at mid-length",
+    "rebound": "largest rebound",
 }
+"""Attributes of a result, m."""
 _OF_AXLES: Final[Mapping[str, tuple[_ByAxle, Any, str, str, Keep]]] = {
     "dlc": (_dlc, _most, "1", "dynamic load coefficient", ("tire_force",)),
     "max_force": (_max_force, _most, "N", "largest tire force", "envelope"),
@@ -146,8 +137,8 @@ def _output(what: str | Function, name: str | None = None) -> Output:
     if isinstance(what, str):
         named = name or what
         if what in _OF_RUN:
-            function, text = _OF_RUN[what]
-            return Output(named, function, {"units": "m", "long_name": text}, "envelope")
+            attributes = {"units": "m", "long_name": _OF_RUN[what]}
+            return Output(named, attrgetter(what), attributes, "envelope")
         split = re.fullmatch(r"(\w+?)(?:_([1-9]\d*))?", what)
         if split is not None and split[1] in _OF_AXLES:
             values, extreme, units, text, keep = _OF_AXLES[split[1]]

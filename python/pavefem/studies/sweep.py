@@ -19,9 +19,9 @@ from pavefem._model import Model
 from pavefem.errors import ValidityWarning
 from pavefem.scenario import Scenario
 from pavefem.simulate import HISTORIES, Keep
+from pavefem.studies.evaluation import Answers, evaluate_points
 from pavefem.studies.outputs import Outputs
 from pavefem.studies.points import Plan, plan_of
-from pavefem.studies.work import Answers, answers
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -138,7 +138,7 @@ def sweep(
     _check_names(plan)
     rows = [*product(*(axis.entries for axis in read))]
     values = {name: axis.choices or axis.entries for name, axis in zip(axes, read, strict=True)}
-    found = answers(plan, rows, values, executor, workers, store, progress)
+    found = evaluate_points(plan, rows, values, executor, workers, store, progress)
     _warn(found)
     return _dataset(plan, read, found)
 

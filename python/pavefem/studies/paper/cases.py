@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pavefem.errors import ValidityWarning
+from pavefem._validity import listening
 from pavefem.road import Road
 from pavefem.simulate import simulate
 from pavefem.studies.paper.readings import READINGS
@@ -72,9 +71,7 @@ def run_cases(
     """Run all cases, on as many threads as there are processors."""
     unique = list(dict.fromkeys(cases))
     answers: dict[Case, Answer] = {}
-    with warnings.catch_warnings(), ThreadPoolExecutor(os.cpu_count()) as pool:
-        # Filters belong to the process: what is to be warned of is collected ahead, by `remarks`.
-        warnings.simplefilter("ignore", ValidityWarning)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
         futures: dict[Future[Answer], Case] = {
             pool.submit(_run, case, sites): case for case in unique
         }
@@ -91,18 +88,19 @@ def run_cases(
 
 def _run(case: Case, sites: Sequence[Site]) -> Answer:
     site = None if case.site is None else sites[case.site]
-    result = simulate(
-        _road(case.reading, case.vma),
-        _truck(case.axle_spacing),
-        profile=None if site is None else site.profile,
-        run_in=0.0 if site is None else site.run_in,
-        interpolation="staircase",
-        speed_kmh=case.speed_kmh,
-        temperature_c=case.temperature_c,
-        scheme=case.scheme,
-        keep=["deflection"],
-        stations=[MIDDLE],
-    )
+    with listening():  # `remarks` has what is to be said, of each state of the asphalt once
+        result = simulate(
+            _road(case.reading, case.vma),
+            _truck(case.axle_spacing),
+            profile=None if site is None else site.profile,
+            run_in=0.0 if site is None else site.run_in,
+            interpolation="staircase",
+            speed_kmh=case.speed_kmh,
+            temperature_c=case.temperature_c,
+            scheme=case.scheme,
+            keep=["deflection"],
+            stations=[MIDDLE],
+        )
     assert result.deflection is not None  # it is kept
     return Answer(result.deflection[:, 0], bool(result.axles.lift_off))
 
@@ -124,10 +122,9 @@ def remarks(cases: Collection[Case]) -> dict[str, list[Case]]:
         Case(case.reading, case.speed_kmh, case.temperature_c, case.vma) for case in cases
     )
     for case in states:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
+        with listening() as heard:
             asphalt = READINGS[case.reading].pavement_with(case.vma).asphalt
             asphalt.modulus(case.temperature_c, case.speed_kmh)
-        for warning in caught:
-            found.setdefault(str(warning.message), []).append(case)
+        for message in heard:
+            found.setdefault(message, []).append(case)
     return found

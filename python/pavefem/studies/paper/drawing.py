@@ -12,7 +12,7 @@ from pavefem.plotting.style import MM, colour, new_figure, plain
 from pavefem.studies.paper.cases import SPEEDS
 from pavefem.studies.paper.figures import Curve, Panel, PaperFigure
 from pavefem.studies.paper.numbers import PRINTED, TableIII
-from pavefem.studies.paper.wording import ROWS, difference, sensitivity
+from pavefem.studies.paper.wording import HEADS, difference, sensitivity
 
 WIDTHS: Final = {1: 7.2, 2: 9.6, 3: 11.0}
 """Of a figure by its panels, inches."""
@@ -78,7 +78,7 @@ def draw_table(tables: Mapping[str, TableIII]) -> Figure:
     axes = figure.add_subplot()
     axes.set_axis_off()
     named = {"printed": PRINTED} | {f"{name} reading": table for name, table in tables.items()}
-    lines = len(ROWS) * len(named)
+    lines = len(HEADS) * len(named)
     axes.set(xlim=(0.0, 6.55), ylim=(lines + 0.3, -1.2))
     places = (2.85, 3.9, 4.95, 6.0)
     heads = [*(f"{speed:g} km/h" for speed in SPEEDS), "mean"]
@@ -86,7 +86,7 @@ def draw_table(tables: Mapping[str, TableIII]) -> Figure:
         axes.text(place, -0.5, head, ha="center", va="center", weight="bold")
     axes.text(0.0, -0.5, "Sensitivity of the peak to", va="center", weight="bold")
     line = 0
-    for row, label in ROWS.items():
+    for row, label in HEADS.items():
         axes.axhline(line, color="0.3" if line == 0 else "0.75", linewidth=0.8)
         axes.text(0.0, line + 0.5, label, va="center")
         for name, table in named.items():

@@ -18,8 +18,8 @@ from pavefem.studies.paper.numbers import (
     Numbers,
     sensitivities_to_speed,
 )
-from pavefem.studies.paper.wording import MM, ROWS, listed, percent, sensitivity
-from pavefem.studies.sensitivity import paper_sensitivity
+from pavefem.studies.paper.sensitivity import paper_sensitivity
+from pavefem.studies.paper.wording import MM, in_order, listed, percent, sensitivity
 
 
 class Note(NamedTuple):
@@ -40,7 +40,6 @@ def agreements(numbers: Numbers) -> list[Note]:
         for row, values in PRINTED.rows.items()
     }
     times = {row: table.absolute(row) / PRINTED.absolute(row) for row in ("speed", "roughness")}
-    order = " > ".join(ROWS[row].removesuffix(", to the next") for row in table.order)
     as_printed = "as printed" if table.order == PRINTED.order else "not the printed order"
     trends = sum(
         trend(peaks) == theirs
@@ -53,7 +52,7 @@ def agreements(numbers: Numbers) -> list[Note]:
             f"Those to temperature are within {abs(worst['temperature']):.1f} % of the printed "
             f"ones at every speed, those to VMA within {abs(worst['vma']):.1f} %.",
         ),
-        Note("Order in absolute size", f"{order}, {as_printed}."),
+        Note("Order in absolute size", f"{in_order(table.order)}, {as_printed}."),
         Note(
             "Tandem spacing (Fig. 8)",
             f"{trends} of {len(SPEEDS)} trends are as printed; peaks are "

@@ -22,8 +22,8 @@ from pavefem.studies.paper.cases import (
     Case,
 )
 from pavefem.studies.paper.readings import READINGS
+from pavefem.studies.paper.sensitivity import paper_sensitivity
 from pavefem.studies.paper.sites import Site
-from pavefem.studies.sensitivity import paper_sensitivity
 
 Rows = Mapping[str, Sequence[float]]
 

@@ -17,8 +17,8 @@ from pavefem.studies.paper.numbers import PRINTED, PRINTED_RATIOS, TableIII
 from pavefem.studies.paper.readings import ASSUMPTIONS, READINGS
 from pavefem.studies.paper.reproduction import Reproduction, places
 from pavefem.studies.paper.wording import (
+    HEADS,
     RATIOS,
-    ROWS,
     difference,
     millimetres,
     sensitivity,
@@ -128,7 +128,7 @@ def _table_iii(paper: Reproduction) -> str:
         f"{name} reading": numbers.table for name, numbers in paper.numbers.items()
     }
     rows = []
-    for row, label in ROWS.items():
+    for row, label in HEADS.items():
         for name, table in tables.items():
             head = f"<th rowspan={len(tables)}>{label}</th>" if table is PRINTED else ""
             kind = ' class="printed"' if table is PRINTED else ""

@@ -30,7 +30,7 @@ from pavefem.studies.paper.numbers import (
 )
 from pavefem.studies.paper.readings import ASSUMPTIONS, READINGS
 from pavefem.studies.paper.sites import Given, Sites, sites_of
-from pavefem.studies.paper.wording import ROWS, difference, percent, sensitivity
+from pavefem.studies.paper.wording import ROWS, difference, in_order, percent, sensitivity
 from pavefem.vehicles import tandem_truck
 
 if TYPE_CHECKING:
@@ -168,14 +168,18 @@ class Reproduction:
         """Return the mean sensitivities, as text with what is printed, by what they are."""
         table = self.table_iii
         means = {
-            f"S of {label.removesuffix(', to the next')}": (
+            f"S of {label}": (
                 f"{sensitivity(table.means[row])} (printed {sensitivity(PRINTED.means[row])}, "
                 f"{difference(table.means[row], PRINTED.means[row])})"
             )
             for row, label in ROWS.items()
         }
-        order = " > ".join(ROWS[row].removesuffix(", to the next") for row in table.order)
-        return {"reading": self.reading, "profiles": self.sites.origin, **means, "order": order}
+        return {
+            "reading": self.reading,
+            "profiles": self.sites.origin,
+            **means,
+            "order": in_order(table.order),
+        }
 
     def plot(self, name: str) -> Figure:
         """Draw a figure, ``"fig_7"`` to ``"fig_12"``, or ``"table_iii"``.

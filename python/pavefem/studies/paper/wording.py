@@ -11,9 +11,11 @@ ROWS: Final = {
     "temperature": "temperature",
     "vma": "VMA",
     "roughness": "roughness (IRI)",
-    "speed": "speed, to the next",
+    "speed": "speed",
 }
 """Rows of Table III, as people read them."""
+HEADS: Final = ROWS | {"speed": "speed, to the next"}
+"""The same as heads of the rows; an entry of the last is from a speed to the next."""
 RATIOS: Final = {
     "temperature_to_vma": "temperature / VMA",
     "temperature_to_speed": "temperature / speed, absolute",
@@ -32,6 +34,11 @@ def sensitivity(value: float) -> str:
 def listed(values: Iterable[float]) -> str:
     """Write sensitivities one after the other."""
     return ", ".join(map(sensitivity, values))
+
+
+def in_order(rows: Iterable[str]) -> str:
+    """Write the names of rows, from the largest to the smallest."""
+    return " > ".join(ROWS[row] for row in rows)
 
 
 def percent(ours: float, printed: float) -> float:

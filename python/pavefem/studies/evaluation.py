@@ -1,4 +1,4 @@
-"""A study's work: its points from the store, the others from the workers, all of them together."""
+"""Evaluate a study: take points from the store, the others from the workers, and keep these."""
 
 from __future__ import annotations
 
@@ -101,10 +101,10 @@ def evaluate(
     plan = plan_of(base, names, outputs)
     rows = [tuple(row) for row in table.tolist()]
     axes = dict(zip(names, table.T, strict=True))
-    return answers(plan, rows, axes, executor, workers, store, progress)
+    return evaluate_points(plan, rows, axes, executor, workers, store, progress)
 
 
-def answers(
+def evaluate_points(
     plan: Plan,
     rows: Sequence[Row],
     axes: Mapping[str, Any],
