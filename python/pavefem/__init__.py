@@ -21,6 +21,7 @@ from importlib.metadata import version
 
 from pavefem import analytical, metrics, roughness, studies, vehicles
 from pavefem.asphalt import Asphalt
+from pavefem.coupling import Coupling
 from pavefem.errors import (
     CalibrationWarning,
     FormatError,
@@ -52,6 +53,7 @@ __all__ = [
     "Body",
     "Calibration",
     "CalibrationWarning",
+    "Coupling",
     "DeflectionHistory",
     "ForceDeflection",
     "FormatError",

@@ -26,6 +26,7 @@ __all__ = [
     "forces_in_blocks",
     "iri",
     "mix_modulus",
+    "two_way",
 ]
 
 DENSE_LIMIT: Final[int]
@@ -197,6 +198,19 @@ def forces_in_blocks(
     instants: int,
     take: Callable[[_Array], object],
 ) -> None: ...
+def two_way(
+    vehicle: Vehicle,
+    run: tuple[float, float, int, int],
+    x: _Array,
+    z: _Array,
+    interpolation: str,
+    dt: float,
+    lift_off: bool,
+    tolerance: float,
+    road: Window,
+    positions: _Array,
+    progress: _Progress | None = None,
+) -> tuple[_Array, _Array, int]: ...
 
 @final
 class WinklerBeam:

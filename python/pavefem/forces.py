@@ -224,7 +224,7 @@ def roll(
             "fleet_forces"
         )
     if profile is None:
-        return _forces(run, vehicle, np.tile(vehicle.static_loads, (run.steps + 1, 1)))
+        return with_places(run, vehicle, np.tile(vehicle.static_loads, (run.steps + 1, 1)))
     [(force, _, _)] = _core.fleet_forces(
         vehicles=[vehicle.core],
         runs=np.array([run.row]),
@@ -239,7 +239,7 @@ def roll(
         threads=1,
         progress=report,
     )
-    return _forces(run, vehicle, force)
+    return with_places(run, vehicle, force)
 
 
 def forces_in_blocks(
@@ -258,7 +258,7 @@ def forces_in_blocks(
 
     def hand_over(force: NDArray[np.float64]) -> None:
         nonlocal first
-        forces = _forces(run, vehicle, force, first)
+        forces = with_places(run, vehicle, force, first)
         first += force.shape[0]
         take(forces)
 
@@ -281,7 +281,9 @@ def forces_in_blocks(
     )
 
 
-def _forces(run: Run, vehicle: Vehicle, force: NDArray[np.float64], first: int = 0) -> TireForces:
+def with_places(
+    run: Run, vehicle: Vehicle, force: NDArray[np.float64], first: int = 0
+) -> TireForces:
     """Put time and places to the forces of the instants from `first` on."""
     time = run.dt * np.arange(first, first + force.shape[0], dtype=np.float64)
     position = run.origin + run.speed * time[:, np.newaxis] - vehicle.axle_positions

@@ -17,6 +17,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pavefem._files import replacing
+from pavefem.coupling import Coupling
 from pavefem.errors import FormatError
 from pavefem.forces import AxleForces, LiftOff, TireForces
 from pavefem.profile import Profile
@@ -59,6 +60,8 @@ class Result:
         Places of the histories, m, where they are not the nodes.
     forces : TireForces, or None
         Tire forces and axle places on the road, if kept.
+    coupling : Coupling, or None
+        What two-way coupling changes, if tires feel the deflection.
     """
 
     scenario: Scenario
@@ -72,6 +75,7 @@ class Result:
     histories: Mapping[Quantity, NDArray[np.float64]] = field(default_factory=dict)
     stations: NDArray[np.float64] | None = None
     forces: TireForces | None = None
+    coupling: Coupling | None = None
 
     def __repr__(self) -> str:
         scenario = self.scenario
@@ -198,6 +202,8 @@ class Result:
             dataset[name] = (("time", place), values, attributes)
         if self.forces is not None:
             dataset = dataset.merge(self.forces.dataset)
+        if self.coupling is not None:
+            dataset = self.coupling.assign_to(dataset)
         profile = self.scenario.profile
         if profile is not None:
             attributes = metres | {"long_name": "profile elevation", "name": profile.name}
@@ -258,6 +264,8 @@ class Result:
             figures[f"axle {lift.axle} {lifts}"] = (
                 f"at {lift.instants} instants, first at x = {lift.position:.2f} m"
             )
+        if self.coupling is not None:
+            figures["two-way coupling"] = self.coupling.summary()
         return figures
 
     def error_estimate(self, x: float | None = None) -> ErrorEstimate:
@@ -377,6 +385,9 @@ _DIMENSIONS: Final = {
     "static_load": ("axle",),
     "min_force": ("axle",),
     "max_force": ("axle",),
+    "force_change": ("axle",),
+    "deflection_change": (),
+    "axle_deflection": ("time", "axle"),
 }
 
 
@@ -455,4 +466,5 @@ def from_dataset(dataset: xr.Dataset) -> Result:
         histories={name: dataset[name].to_numpy() for name in QUANTITIES if name in dataset},
         stations=dataset["station"].to_numpy() if "station" in dataset else None,
         forces=forces,
+        coupling=Coupling.of(dataset),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Any, Final, Literal, Self
 
 from pydantic import ConfigDict, ValidationInfo, field_serializer, field_validator, model_validator
 
@@ -72,6 +72,8 @@ class Scenario(Model):
     """Profile between samples: straight lines, or a staircase (the paper's)."""
     lift_off: bool = False
     """Whether a tire that would pull leaves the road; otherwise tires are linear."""
+    coupling: Literal["one-way", "two-way"] = "one-way"
+    """Whether tires feel the profile only (the paper), or the deflection under them too."""
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> Self:
@@ -111,6 +113,15 @@ class Scenario(Model):
             changes = dict(value)
             return Scheme.model_validate(Scheme.named(changes.pop("preset")).model_dump() | changes)
         return value
+
+    @model_validator(mode="after")
+    def _couples(self) -> Self:
+        if self.coupling == "two-way" and (self.scheme.solver, self.scheme.order) != ("window", 2):
+            raise ValueError(
+                'coupling = "two-way": needs a scheme with solver="window" and order=2, as '
+                '"converged" is, or Scheme.paper(solver="window")'
+            )
+        return self
 
     @model_validator(mode="after")
     def _fits(self) -> Self:

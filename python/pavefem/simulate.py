@@ -18,6 +18,7 @@ from pavefem._model import whole_number
 from pavefem._progress import progress_bar
 from pavefem.asphalt import kmh
 from pavefem.cache import Recent, digest, transition
+from pavefem.coupling import couple
 from pavefem.errors import ValidityWarning
 from pavefem.forces import (
     MEMORY_LIMIT,
@@ -56,6 +57,7 @@ def simulate(
     run_in: float = 0.0,
     interpolation: Interpolation = "linear",
     lift_off: bool = False,
+    coupling: Literal["one-way", "two-way"] = "one-way",
     keep: Keep = HISTORIES,
     every: int = 1,
     stations: Sequence[float] | None = None,
@@ -88,6 +90,10 @@ def simulate(
         Profile between samples: straight lines, or the elevation of a sample up to the next one.
     lift_off : bool
         Whether a tire that would pull leaves the road; otherwise tires are linear.
+    coupling : {"one-way", "two-way"}
+        Whether tires feel the profile only, as in the paper, or the deflection under them too. With
+        ``"two-way"``, by the moving window only, vehicle and pavement take each step together, and
+        `Result.coupling` says by how much the one-way answer is off.
     keep : sequence of str, or "envelope"
         Histories to keep besides the envelope, the peaks under each axle and the extremes of the
         tire forces: ``"tire_force"``, and of the pavement ``"deflection"``, ``"velocity"``,
@@ -119,7 +125,7 @@ def simulate(
         If an input is out of range or the inputs do not fit together, or the store is that of
         another run; the message names it.
     SolverError
-        If a matrix is singular or the response is not finite.
+        If a matrix is singular, the response is not finite, or two-way coupling does not settle.
     OSError
         If the store cannot be written; the blocks that are done stay.
     ImportError
@@ -141,6 +147,7 @@ def simulate(
         run_in=run_in,
         interpolation=interpolation,
         lift_off=lift_off,
+        coupling=coupling,
     )
     return run(
         scenario,
@@ -191,7 +198,7 @@ def answer(
 ) -> Result:
     """Run a scenario, as `run`.
 
-    `bar` gives what each of the two parts of the work reports to; without `files`, transition
+    `bar` gives what each part of the work reports to; without `files`, transition
     matrices are kept in memory only; `forces_of` finds the tire forces, if somebody has them.
     """
     kept = _kept(scenario, keep, every, stations)
@@ -202,7 +209,17 @@ def answer(
         forces = (forces_of or forces_on_road)(scenario, report)
     with bar("pavement") as report:
         record = stepper.run(forces.position, forces.force, report)
-    return kept.result(scenario, x, forces, record)
+    if scenario.coupling == "one-way":
+        return kept.result(scenario, x, forces, record)
+    assert isinstance(stepper, _core.Window)  # the scenario saw to it
+    one_way, lowest = forces, record[1]
+    with bar("coupling") as report:
+        coupled = couple(scenario, one_way.position, stepper, report)
+    with bar("pavement") as report:
+        record = stepper.run(coupled.forces.position, coupled.forces.force, report)
+    deepest = float(lowest.min()), float(record[1].min())
+    coupling = coupled.against(one_way, deepest, kept.every if kept.tire_force else None)
+    return replace(kept.result(scenario, x, coupled.forces, record), coupling=coupling)
 
 
 class _Kept(NamedTuple):
@@ -274,6 +291,8 @@ def _into_store(scenario: Scenario, kept: _Kept, path: Path, progress: bool) -> 
         raise ValueError(
             f"a store is written by a scheme of order = 2, not {scenario.scheme.order}"
         )
+    if scenario.coupling == "two-way":
+        raise ValueError('a store is written with coupling = "one-way", not "two-way"')
     if kept.along and kept.stations is None:
         raise ValueError(
             f"a store keeps histories of {', '.join(kept.along)} at stations, not at all nodes: "
@@ -338,7 +357,8 @@ def _check_size(scenario: Scenario, mesh: _Mesh, kept: _Kept) -> None:
     steps = (road.length + scenario.vehicle.length) / (float(kmh(scenario.speed_kmh)) * scheme.dt)
     columns = len(names) * (elements if nodes else stations.size)
     axles = len(scenario.vehicle.tires)
-    size = 8.0 * steps * (columns / every + 4.0 * axles)
+    runs = 1.0 if scenario.coupling == "one-way" else 2.0
+    size = 8.0 * steps * runs * (columns / every + 4.0 * axles)
     if not size < MEMORY_LIMIT:
         raise ValueError(
             f"{steps:.4g} steps would keep {size / 2**30:.3g} GiB, the limit is "

@@ -76,6 +76,13 @@ def run(
     lift_off: Annotated[
         bool, typer.Option("--lift-off", help="Let tires leave the road where they would pull.")
     ] = False,
+    coupling: Annotated[
+        str | None,
+        typer.Option(
+            help='"two-way" lets tires feel the deflection under them; for --scheme converged.  '
+            "[default: one-way]"
+        ),
+    ] = None,
     smooth: Annotated[
         bool, typer.Option("--smooth", help="A smooth road: constant static forces.")
     ] = False,
@@ -115,6 +122,7 @@ def run(
         "run_in": run_in,
         "scheme": scheme,
         "lift_off": lift_off or None,
+        "coupling": coupling,
     }
     options = {"suspension": suspension, "axle_spacing": axle_spacing, "payload": payload}
     inputs = _scenario(

@@ -93,6 +93,21 @@ pub enum Error {
         /// Tolerance asked for.
         tolerance: f64,
     },
+    /// Tires and the road under them find no common force within a step.
+    #[error(
+        "tire forces and deflection do not settle at {place} m: after {iterations} iterations of a \
+         step of {step:e} s a force still changes by {change:.1e} of its static load; use a shorter dt"
+    )]
+    Uncoupled {
+        /// Place of the front axle on the road, m.
+        place: f64,
+        /// The step, s.
+        step: f64,
+        /// Iterations that were done.
+        iterations: usize,
+        /// Largest change of a force in the last of them, as a part of the static load.
+        change: f64,
+    },
     /// The dense scheme would need more memory and time than is sensible.
     #[error(
         "a dense transition matrix of {unknowns} unknowns is refused, the limit is {limit}: \
@@ -159,6 +174,7 @@ impl Error {
             | Self::Singular { .. }
             | Self::Cancelled { .. }
             | Self::Unsettled { .. }
+            | Self::Uncoupled { .. }
             | Self::Diverged { .. } => Kind::Solver,
             Self::Stopped { .. } => Kind::Stopped,
         }

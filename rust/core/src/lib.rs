@@ -15,13 +15,14 @@
 //! | `F` | axle force, positive pressing on the road | N | [`vehicle`] |
 //! | IRI | international roughness index | m/km | [`roughness`] |
 //!
-//! Data flows one way: sections make a [`pavement::Mesh`], a [`vehicle::Vehicle`] over a profile
+//! Data flows one way, but for [`coupling`]: sections make a [`pavement::Mesh`], a [`vehicle::Vehicle`] over a profile
 //! makes forces, and deflections come of them by a window that moves with the vehicle
 //! ([`response::window::Road`]), or by the whole [`pavement::Strip`] and its
 //! [`transition::Transition`] ([`response::dense::Stepper`]).
 
 pub mod analytical;
 pub mod asphalt;
+pub mod coupling;
 pub mod error;
 pub mod linalg;
 pub mod pavement;

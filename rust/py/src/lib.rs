@@ -6,6 +6,7 @@
 mod asphalt;
 mod beams;
 mod convert;
+mod coupling;
 mod pavement;
 mod roughness;
 mod vehicle;
@@ -19,6 +20,8 @@ mod _core {
     use crate::asphalt::{binder_stiffness, mix_modulus};
     #[pymodule_export]
     use crate::beams::{SimplySupportedBeam, WinklerBeam};
+    #[pymodule_export]
+    use crate::coupling::two_way;
     #[pymodule_export]
     use crate::pavement::{Banded, Stepper, Strip, Transition, Window};
     #[pymodule_export]

@@ -346,7 +346,7 @@ impl Banded {
 /// A road stepped through a window.
 #[pyclass(frozen, module = "pavefem._core")]
 pub(crate) struct Window {
-    road: window::Road,
+    pub(crate) road: window::Road,
     extrapolate: bool,
 }
 

@@ -13,7 +13,7 @@ use crate::convert::{choice, exception, index, matrix_to_array, records, table, 
 use crate::watch::detached;
 
 #[pyclass(frozen, module = "pavefem._core")]
-pub(crate) struct Vehicle(vehicle::Vehicle);
+pub(crate) struct Vehicle(pub(crate) vehicle::Vehicle);
 
 #[pymethods]
 impl Vehicle {
@@ -159,7 +159,7 @@ pub(crate) fn forces_in_blocks(
     raised.map_or(outcome, Err)
 }
 
-fn interpolated(name: &str) -> PyResult<Interpolation> {
+pub(crate) fn interpolated(name: &str) -> PyResult<Interpolation> {
     let kinds = [("linear", Interpolation::Linear), ("staircase", Interpolation::Staircase)];
     choice("interpolation", name, &kinds)
 }

@@ -55,6 +55,13 @@ pub fn shape_functions(h: f64, s: f64) -> [f64; 4] {
     [(1.0 + 2.0 * s) * r * r, h * s * r * r, s2 * (3.0 - 2.0 * s), -h * s2 * r]
 }
 
+/// Their derivatives along the element, 1/m: `dw/dx = N' . (w_1, theta_1, w_2, theta_2)`.
+#[must_use]
+pub fn shape_slopes(h: f64, s: f64) -> [f64; 4] {
+    let bend = 6.0 * s * (1.0 - s) / h;
+    [-bend, (1.0 - s) * (1.0 - 3.0 * s), bend, s * (3.0 * s - 2.0)]
+}
+
 /// How a force between two nodes is shared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Weights {
@@ -89,6 +96,18 @@ mod tests {
         assert!((bending(h) * pitch).amax() < 1e-11);
         assert!(((heave.transpose() * consistent(h) * heave)[0] - h).abs() < 1e-15);
         assert!(((pitch.transpose() * consistent(h) * pitch)[0] - h.powi(3) / 3.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_shape_functions() {
+        let (h, step) = (0.37, 1e-6);
+        for s in [0.0, 0.21, 0.5, 0.83, 1.0] {
+            let (before, after) = (shape_functions(h, s - step), shape_functions(h, s + step));
+            for (slope, (a, b)) in shape_slopes(h, s).into_iter().zip(before.into_iter().zip(after))
+            {
+                assert!((slope - (b - a) / (2.0 * step * h)).abs() < 1e-8, "at {s}");
+            }
+        }
     }
 
     #[test]

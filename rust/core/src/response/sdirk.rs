@@ -179,6 +179,16 @@ impl Windows {
         [U, V].map(|number| [0, 1].map(|k| self.motion[self.at(lane, node, number + k)]))
     }
 
+    /// All numbers of all nodes.
+    pub(super) fn state(&self) -> &[f64] {
+        &self.motion
+    }
+
+    /// Go back to numbers that they had.
+    pub(super) fn restore(&mut self, state: &[f64]) {
+        self.motion.copy_from_slice(state);
+    }
+
     /// Whether all deflections are finite.
     pub(super) fn is_sound(&self) -> bool {
         let deflections = self.motion.chunks_exact(self.lanes).skip(U).step_by(NODE);

@@ -6,6 +6,8 @@
 //! very elements that are there. A run is cut into as many parts of time as a vector has lanes; each
 //! starts from rest as long before its first instant as the pavement remembers.
 
+mod follow;
+
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
@@ -20,6 +22,8 @@ use crate::error::{
 };
 use crate::pavement::load::{Contact, Loads, TRACK_SHARE};
 use crate::pavement::{Mesh, Reading};
+
+pub(crate) use follow::Follower;
 
 /// What is left out of a deflection, as a part of that under a force.
 pub const TOLERANCE: f64 = 1e-8;

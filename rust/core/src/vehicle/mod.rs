@@ -15,3 +15,5 @@ pub use fleet::fleet;
 pub use model::{Body, Friction, GRAVITY, Point, Spring, Tire, Vehicle};
 pub use record::{Keep, Record, Statistics, Take};
 pub use run::{Passage, Run};
+
+pub(crate) use nonlinear::{Rolling, State};

@@ -7,6 +7,8 @@
 //! linear step and costs no more. On any other, the tire forces at the end are compared with those
 //! after two steps of half the length, and the step is divided until they agree.
 
+mod rolling;
+
 use nalgebra::DVector;
 use pulp::Scalar;
 
@@ -17,6 +19,9 @@ use super::run::{Passage, WATCHED};
 use crate::error::{Error, Result, Watch, diverged, go_on, unwatched};
 use crate::linalg::DMatrix;
 use crate::transition::{Form, Transition};
+
+use rolling::Ground;
+pub(crate) use rolling::Rolling;
 
 /// How often a step may be halved.
 const HALVINGS: usize = 16;
@@ -50,7 +55,8 @@ struct Model<'a> {
 }
 
 /// State, and the forces of dry friction.
-struct State {
+#[derive(Clone)]
+pub(crate) struct State {
     y: DVector<f64>,
     friction: Vec<f64>,
 }
@@ -75,6 +81,19 @@ struct Excitation {
     at_end: (f64, f64),
 }
 
+impl Excitation {
+    /// Let the ground give way by so much, m, at such a rate, m/s, at both ends of the step.
+    fn sink(&mut self, before: [f64; 2], after: [f64; 2], dt: f64) {
+        self.begin += before[0];
+        self.end += after[0];
+        self.mean_velocity += (after[0] - before[0]) / dt;
+        for (at, [deflection, rate]) in [(&mut self.at_begin, before), (&mut self.at_end, after)] {
+            at.0 += deflection;
+            at.1 += rate;
+        }
+    }
+}
+
 impl<'a> Model<'a> {
     fn new(passage: &'a Passage<'a>) -> Result<Self> {
         let Passage { vehicle, run } = passage;
@@ -90,8 +109,10 @@ impl<'a> Model<'a> {
             .map(|(tire, row)| place(row, -tire.stiffness, -tire.damping))
             .chain(vehicle.frictions.iter().map(|(row, _)| place(row, 1.0, 0.0)))
             .collect();
-        let mut lengths = Vec::with_capacity(HALVINGS + 1);
-        for halvings in 0..=HALVINGS {
+        // The steps of a linear vehicle are never divided.
+        let halvings = if passage.is_linear() { 0 } else { HALVINGS };
+        let mut lengths = Vec::with_capacity(halvings + 1);
+        for halvings in 0..=halvings {
             let dt = run.dt / (halvings as f64).exp2();
             let system = vehicle.system().clone();
             let transition = Transition::new(system, dt, Form::Integral, &mut unwatched)?;
@@ -114,7 +135,13 @@ impl<'a> Model<'a> {
     }
 
     /// The road under the tires from `front` on.
-    fn roads(&self, wheels: &mut [Wheel<'_>], front: f64, dt: f64) -> Vec<Excitation> {
+    fn roads(
+        &self,
+        wheels: &mut [Wheel<'_>],
+        ground: Option<&Ground<'_>>,
+        front: f64,
+        dt: f64,
+    ) -> Vec<Excitation> {
         let Passage { vehicle, run } = self.passage;
         let (reach, nudge) = (run.speed * dt, run.nudge());
         let road = |(tire, wheel): (&Tire, &mut Wheel<'_>)| {
@@ -130,7 +157,22 @@ impl<'a> Model<'a> {
             let (begin, end) = (begin.elevation, end.elevation);
             Excitation { begin, end, mean_velocity: (end - begin) / dt, at_begin, at_end }
         };
-        vehicle.tires.iter().zip(wheels).map(road).collect()
+        let mut roads: Vec<_> = vehicle.tires.iter().zip(wheels).map(road).collect();
+        if let Some(ground) = ground {
+            for (tire, road) in roads.iter_mut().enumerate() {
+                road.sink(ground.at(front, tire), ground.at(front + reach, tire), dt);
+            }
+        }
+        roads
+    }
+
+    /// The forces of the tires at a state, N.
+    fn forces(&self, state: &State, roads: &[Excitation], forces: &mut [f64]) {
+        for (axle, force) in forces.iter_mut().enumerate() {
+            let asked = self.asked[axle].dot(&state.y);
+            let linear = self.tire_force(axle, roads[axle].at_begin, asked);
+            *force = linear + self.held_back(linear);
+        }
     }
 
     /// The force of a linear tire, N.
@@ -208,11 +250,12 @@ impl<'a> Model<'a> {
         &self,
         state: &State,
         wheels: &mut [Wheel<'_>],
+        ground: Option<&Ground<'_>>,
         front: f64,
         halvings: usize,
     ) -> Result<State> {
         let whole = &self.lengths[halvings];
-        let roads = self.roads(wheels, front, whole.dt);
+        let roads = self.roads(wheels, ground, front, whole.dt);
         let once = self.try_step(state, whole, &roads);
         let once = match once {
             Some(Step { state, acted: false, .. }) => return Ok(state),
@@ -227,8 +270,8 @@ impl<'a> Model<'a> {
         let Some(half) = self.lengths.get(halvings + 1) else { return Err(unsettled) };
         let middle = front + self.passage.run.speed * half.dt;
         if let Some(once) = &once {
-            let first = self.roads(wheels, front, half.dt);
-            let second = self.roads(wheels, middle, half.dt);
+            let first = self.roads(wheels, ground, front, half.dt);
+            let second = self.roads(wheels, ground, middle, half.dt);
             if let Some(first) = self.try_step(state, half, &first)
                 && let Some(twice) = self.try_step(&first.state, half, &second)
                 && self.agree(once, &twice)
@@ -236,8 +279,8 @@ impl<'a> Model<'a> {
                 return Ok(twice.state);
             }
         }
-        let first = self.advance(state, wheels, front, halvings + 1)?;
-        self.advance(&first, wheels, middle, halvings + 1)
+        let first = self.advance(state, wheels, ground, front, halvings + 1)?;
+        self.advance(&first, wheels, ground, middle, halvings + 1)
     }
 
     fn agree(&self, once: &Step, twice: &Step) -> bool {
@@ -274,19 +317,15 @@ pub(super) fn run<'a>(
             }
         }
         let front = run.place(step);
-        let roads = model.roads(&mut wheels, front, run.dt);
-        for (axle, force) in forces.iter_mut().enumerate() {
-            let asked = model.asked[axle].dot(&state.y);
-            let linear = model.tire_force(axle, roads[axle].at_begin, asked);
-            *force = linear + model.held_back(linear);
-        }
+        let roads = model.roads(&mut wheels, None, front, run.dt);
+        model.forces(&state, &roads, &mut forces);
         if step == run.skip {
             sums.count(0, true);
         }
         sums.take(Scalar, &forces);
         keeper.take(step, |axle| forces[axle])?;
         if step < run.total() {
-            state = model.advance(&state, &mut wheels, front, 0)?;
+            state = model.advance(&state, &mut wheels, None, front, 0)?;
         }
     }
     keeper.finish(&sums, 0)

@@ -37,7 +37,7 @@ pub struct Run {
 impl Run {
     /// All steps.
     #[inline(always)]
-    pub(super) fn total(&self) -> usize {
+    pub(crate) fn total(&self) -> usize {
         self.skip.saturating_add(self.steps)
     }
 
@@ -83,7 +83,7 @@ pub struct Passage<'a> {
 }
 
 impl Passage<'_> {
-    pub(super) fn is_linear(&self) -> bool {
+    pub(crate) fn is_linear(&self) -> bool {
         !self.run.lift_off && self.vehicle.frictions.is_empty()
     }
 }
