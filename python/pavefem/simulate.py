@@ -9,6 +9,7 @@ from functools import partial
 from typing import Final, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pavefem import _core
 from pavefem._model import whole_number
@@ -25,7 +26,7 @@ from pavefem.forces import (
     plan,
     roll,
 )
-from pavefem.profile import Profile
+from pavefem.profile import Profile, finite_vector
 from pavefem.quantities import QUANTITIES, Quantity, core_names, histories
 from pavefem.result import Result
 from pavefem.road import Road
@@ -169,9 +170,7 @@ def answer(
     """
     quantities = check_keep(keep)
     every = whole_number("every", every)
-    places = np.asarray([] if stations is None else stations, dtype=np.float64)
-    if places.ndim != 1 or (stations is not None and places.size == 0):
-        raise ValueError(f"stations has shape {places.shape}: must be a list of places, m")
+    places = check_stations(stations)
     along: list[Quantity] = [name for name in quantities if name != "tire_force"]
     if stations is not None and not along:
         raise ValueError(
@@ -228,12 +227,22 @@ def _check_size(
         )
 
 
+def check_stations(stations: Sequence[float] | None) -> NDArray[np.float64]:
+    """Return the places of histories, none for those of all nodes, or raise a ValueError."""
+    if stations is None:
+        return np.array([], dtype=np.float64)
+    places = finite_vector("stations", stations)
+    if places.size == 0:
+        raise ValueError("stations is empty: must be a list of places, m")
+    return places
+
+
 def check_keep(keep: Keep) -> Sequence[Quantity | Literal["tire_force"]]:
     """Return the histories that `keep` stands for, or raise a ValueError."""
     known = [*QUANTITIES, "tire_force"]
     if not isinstance(keep, str) and isinstance(keep, Iterable):
         quantities = tuple(keep)
-        if all(name in known for name in quantities):
+        if all(isinstance(name, str) and name in known for name in quantities):
             return quantities
     elif keep == "envelope":
         return ()
