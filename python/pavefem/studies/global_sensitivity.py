@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from pavefem._model import whole_number
+from pavefem._model import finite_number, two_numbers, whole_number
 from pavefem.errors import ValidityWarning
 from pavefem.scenario import Scenario
 from pavefem.studies.fields import resolve
@@ -322,7 +322,8 @@ class _Study:
     ) -> _Study:
         if isinstance(model, Mapping):
             model = Scenario.model_validate(model)
-        names, ranges = [*parameters], _ranges(parameters)
+        ranges = _ranges(parameters)
+        names = [*parameters]
         if isinstance(model, Scenario):
             outputs = "max_deflection" if outputs is None else outputs
             found = outputs_of(outputs)
@@ -336,8 +337,8 @@ class _Study:
             )
         if outputs is None:
             outputs = "output"
-        listed = [outputs] if isinstance(outputs, str) or callable(outputs) else [*outputs]
-        output_names = [name for name in listed if isinstance(name, str)]
+        listed = [*outputs] if isinstance(outputs, list | tuple) else [outputs]
+        output_names = [name for name in listed if isinstance(name, str) and name]
         if not output_names or len(set(output_names)) < len(listed):
             raise ValueError(f"outputs = {outputs!r}: must be names, for a function")
         none = [""] * len(names)
@@ -362,7 +363,15 @@ class _Study:
     ) -> tuple[Array, Sequence[str]]:
         """Find the outputs of all points, and why some failed."""
         if not isinstance(self.model, Scenario):
-            values = np.asarray(self.model(points), dtype=np.float64)
+            given = {"executor": executor, "workers": workers, "store": store}
+            beyond = [name for name, value in given.items() if value is not None]
+            if beyond:
+                raise ValueError(
+                    f"{' and '.join(beyond)}: for a scenario; a function is called at once with "
+                    "all points, and what it gives is not kept"
+                )
+            answers = np.ma.asarray(self.model(points.copy()), np.float64)
+            values = np.asarray(np.ma.filled(answers, np.nan))
             if values.shape == (len(points),):
                 values = values[:, np.newaxis]
             if values.shape != (len(points), len(self.output_names)):
@@ -431,11 +440,10 @@ def _ranges(parameters: Ranges) -> Array:
         )
     rows = []
     for name, pair in parameters.items():
-        try:
-            low, high = (float(value) for value in pair)
-        except (TypeError, ValueError):
-            raise ValueError(f"range of {name} is {pair!r}: must be two numbers") from None
-        if not (np.isfinite([low, high]).all() and low < high):
+        if not isinstance(name, str):
+            raise ValueError(f"parameters has the name {name!r}: must be text")
+        low, high = two_numbers(f"range of {name}", pair)
+        if not low < high:
             raise ValueError(f"range of {name} is {low:g} to {high:g}: the first must be lower")
         rows.append((low, high))
     return np.array(rows)
@@ -459,7 +467,7 @@ def _check_varies(study: _Study, answers: Array) -> None:
 
 
 def _check_level(level: float) -> None:
-    if not 0.0 < level < 1.0:
+    if not 0.0 < finite_number("level", level) < 1.0:
         raise ValueError(f"level = {level!r}: must be between 0 and 1")
 
 
