@@ -137,6 +137,8 @@ def resolve(base: Scenario, names: Sequence[str]) -> tuple[Field, ...]:
 
 
 def _resolve(base: Scenario, name: str, known: Sequence[str]) -> Field:
+    if not isinstance(name, str):
+        raise ValueError(f"{name!r} is no field: must be the name of one, such as speed_kmh")
     found = [path for path in known if f".{path}".endswith(f".{name}")]
     # A whole path is that path, whatever else ends so.
     found = [name] if name in found else found
