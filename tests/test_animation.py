@@ -350,7 +350,7 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
     ({"fps": float("nan")}, "fps = nan"),
     ({"path": "film.gif", "fps": 30.0}, "fps = 30: frames of a GIF last whole hundredths"),
     ({"slow_motion": 0.0}, "slow_motion = 0: must be finite and above 0"),
-    ({"slow_motion": float("inf")}, "slow_motion = inf: must be finite and above 0"),
+    ({"slow_motion": float("inf")}, "slow_motion = inf: must be a finite number"),
     ({"slow_motion": 100.0}, r"slow_motion = 100: instants 0\.001 s apart .* enough for 50 at 20"),
     ({"slow_motion": 40.0}, r"take 1367 frames: must be 2 to 120; change slow_motion"),
     ({"slow_motion": 0.01}, r"take 1 frames: must be 2 to"),
@@ -358,6 +358,11 @@ MISTAKES: list[tuple[dict[str, Any], str]] = [
     ({"between": (0.5, 9.0)}, r"within the run, 0 to 1\.708 s"),
     ({"between": (float("nan"), 1.0)}, "between = "),
     ({"deflection_scale": 0.0}, "deflection_scale = 0: must be finite and above 0"),
+    ({"deflection_scale": "2"}, "deflection_scale = '2': must be a finite number"),
+    ({"between": 1.0}, "between = 1.0: must be two numbers"),
+    ({"between": (0.0, None)}, "between = None: must be a finite number"),
+    ({"fps": None}, "fps = None: must be a finite number"),
+    ({"slow_motion": [2.0]}, r"slow_motion = \[2.0\]: must be a finite number"),
     ({"elevation_scale": float("nan")}, "elevation_scale = nan"),
 ]
 

@@ -32,6 +32,16 @@ def simulate(**changes: Any) -> pf.Result:
     return pf.simulate(**inputs | changes)
 
 
+def creep(**changes: Any) -> pf.ForceDeflection:
+    inputs: dict[str, Any] = {
+        "force": [2e4, 4e4],
+        "deflection": [2.5e-4, 5e-4],
+        "speed_kmh": 15.0,
+        "temperature_c": 10.0,
+    }
+    return pf.ForceDeflection(**inputs | changes)
+
+
 def forces(**changes: Any) -> pf.TireForces:
     inputs: dict[str, Any] = {
         "vehicle": pf.vehicles.tandem_truck(),
@@ -169,8 +179,48 @@ TABLE: list[tuple[str, Call, type[Exception], str]] = [
     ("station before the road", lambda: simulate(stations=[-0.1]), ValueError, "station = -0.1 m"),
     ("station NaN", lambda: simulate(stations=[NAN]), ValueError, "station"),
     ("stations in a table", lambda: simulate(stations=[[1.0]]), ValueError,
-     "stations has shape (1, 1)"),
-    ("station as a number", lambda: simulate(stations=1.0), ValueError, "stations has shape ()"),
+     "stations must be one-dimensional, got shape (1, 1)"),
+    ("station as a number", lambda: simulate(stations=1.0), ValueError,
+     "stations must be one-dimensional, got shape ()"),
+    ("station as text", lambda: simulate(stations=["1"]), ValueError,
+     "stations must hold real numbers"),
+    ("stations in a set", lambda: simulate(stations={1.0}), ValueError,
+     "stations must hold real numbers"),
+    ("complex station", lambda: simulate(stations=np.array([1.0 + 1.0j])), ValueError,
+     "stations must hold real numbers"),
+    ("masked station", lambda: simulate(stations=np.ma.masked_less([1.0, 2.0], 1.5)),
+     ValueError, "stations must hold real numbers, got masked values"),
+    ("quantity in an array", lambda: simulate(keep=[np.array([1, 2])]), ValueError,
+     "must be \"envelope\" or some of"),
+    ("every beyond all numbers", lambda: simulate(every=2**64), ValueError,
+     "every = 18446744073709551616"),
+    ("beam as thin as nothing", lambda: pf.Pavement(thickness=1e-300), ValueError, "thickness"),
+    ("beam of no width", lambda: pf.Pavement(moment_of_inertia=1e-320), ValueError,
+     "moment_of_inertia"),
+    # studies
+    ("masked force", lambda: creep(force=np.ma.masked_less([2e4, 4e4], 3e4)), ValueError,
+     "force must hold real numbers, got masked values"),
+    ("complex force", lambda: creep(force=np.array([2e4 + 1j, 4e4])), ValueError,
+     "force must hold real numbers"),
+    ("forces in a set", lambda: creep(force={2e4, 4e4}), ValueError,
+     "force must hold real numbers"),
+    ("two speeds of a creep test", lambda: creep(speed_kmh=[5.0, 6.0]), ValueError,
+     "speed_kmh = [5.0, 6.0]"),
+    ("no temperature of a creep test", lambda: creep(temperature_c=None), ValueError,
+     "temperature_c = None"),
+    ("place of a creep test as text", lambda: creep(x="5"), ValueError, "x = '5'"),
+    ("start of a fit as text", lambda: pf.calibrate(
+        pf.Road.paper(), creep(), {"vma": (20.0, 30.0)}, start={"vma": "25"}),  # type: ignore[dict-item]
+     ValueError,
+     "start of vma = '25'"),
+    ("start of a fit as a number", lambda: pf.calibrate(
+        pf.Road.paper(), creep(), {"vma": (20.0, 30.0)}, start=25.0),  # type: ignore[arg-type]
+     ValueError, "start = 25.0: must be a mapping"),
+    ("interval of a level as text", lambda: pf.calibrate(
+        pf.Road.paper(), creep(), {"bar_rigidity": (1e7, 1e9)}).interval(
+            "bar_rigidity", "95"), ValueError, "level = '95'"),  # type: ignore[arg-type]
+    ("sensitivity beyond all numbers", lambda: pf.studies.paper_sensitivity(
+        [1e-300, 1e300], [1e-300, 1e300]), ValueError, "too large"),
     # closed forms
     ("beam without stiffness", lambda: WinklerBeam(0.0, 1.0, 1.0).moving_deflection(1.0, 1.0, 0.0),
      ValueError, "bending_stiffness = 0"),

@@ -447,7 +447,7 @@ def test_times_off_the_run_are_refused(true_history: xr.DataArray) -> None:
         ({"parameters": {"asphalt": (1.0, 99.0)}}, "asphalt is no number of the pavement"),
         ({"parameters": {"stiffness": (1.0, 2.0)}}, "stiffness"),
         ({"parameters": {"vma": (25.0, 20.0)}}, "bounds of vma are 25 and 20"),
-        ({"parameters": {"vma": 25.0}}, "bounds of vma are 25.0: must be two numbers"),
+        ({"parameters": {"vma": 25.0}}, "bounds of vma = 25.0: must be two numbers"),
         ({"parameters": {"vma": (1.0, 20.0)}}, "vma"),
         ({"parameters": {"vma": (12.0, 20.0)}}, "vma starts at 25: must be within its bounds"),
         ({"start": {"bar_mass": 300.0}}, "start has bar_mass: not among the parameters"),

@@ -2,8 +2,8 @@
 
 Goal: forces and deflections agree with those of vehicle and pavement as one system by another
 integrator; on a road that hardly gives way they are those of one-way coupling, from which they
-differ in proportion to its compliance; the cost of one-way coupling is stated, saved and loaded. (The
-published sprung mass on a simply supported beam is in `rust/core/tests/coupling.rs`.)
+differ in proportion to its compliance; the cost of one-way coupling is stated, saved and loaded.
+(The published sprung mass on a simply supported beam is in `rust/core/tests/coupling.rs`.)
 """
 
 from __future__ import annotations

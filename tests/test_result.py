@@ -140,8 +140,11 @@ def test_history_at_a_station(road: pf.Road, truck: pf.Vehicle) -> None:
 def test_history_where_none_was_kept(nominal: pf.Result, road: pf.Road, truck: pf.Vehicle) -> None:
     with pytest.raises(ValueError, match=r"x = 12\.6 m, the nearest is at 12\.5 m.*stations=\["):
         nominal.history(12.6)
-    with pytest.raises(ValueError, match="must be finite"):
-        nominal.history(float("nan"))
+    for place in (float("nan"), None, "5", True, [5.0], 10**400):
+        with pytest.raises(ValueError, match="must be a finite number"):
+            nominal.history(place)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"no history of \['moment'\] was kept"):
+        nominal.history(5.0, ["moment"])  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="no history was kept"):
         nominal.history(-3.0)
     with pytest.raises(
@@ -294,6 +297,36 @@ def test_garbage_is_a_format_error(
     with pytest.raises(pf.FormatError, match=r"not a (sound netCDF file|pavefem result)") as caught:
         pf.load_result(path)
     assert caught.value.path == str(path)
+
+
+@pytest.mark.parametrize(
+    ("damage", "message"),
+    [
+        (lambda d: d.assign_coords(time=d["time"] * np.nan), "time is not finite"),
+        (lambda d: d.assign_coords(x=d["x"].astype(str)), "x is .*, expected float64"),
+        (lambda d: d.isel(x=slice(0, 0)), "x is empty"),
+        (lambda d: d.isel(time=slice(0, 0)), "time is empty"),
+        (lambda d: d.assign_coords(station=d["station"] * np.nan), "station is not finite"),
+        (lambda d: d.drop_vars("min_force"), "it has no min_force"),
+        (
+            lambda d: d.assign(moment=d["moment"].assign_attrs(units="kN m")),
+            "moment has units 'kN m', expected 'N m'",
+        ),
+    ],
+)
+def test_damaged_coordinates_and_units_are_told(
+    damage: Callable[[xr.Dataset], xr.Dataset],
+    message: str,
+    road: pf.Road,
+    truck: pf.Vehicle,
+    tmp_path: Path,
+) -> None:
+    scheme = pf.Scheme.paper(solver="window")
+    found = pf.simulate(road, truck, scheme=scheme, keep=["moment"], stations=[5.0], every=50)
+    path = tmp_path / "result.nc"
+    damage(found.dataset).to_netcdf(path, engine="h5netcdf")
+    with pytest.raises(pf.FormatError, match=message):
+        pf.load_result(path)
 
 
 def test_no_file(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import json
 import multiprocessing
 import os
@@ -552,11 +553,46 @@ def test_a_table_of_points_is_evaluated_row_by_row(base: pf.Scenario, tmp_path: 
 
 @pytest.mark.parametrize(
     ("values", "message"),
-    [([[1.0, 2.0]], "must have a column for each"), ([[np.inf]], "must be finite")],
+    [
+        ([[1.0, 2.0]], "must have a column for each"),
+        ([[np.inf]], "must be finite"),
+        ([["20"]], "values must hold real numbers"),
+        ([[20.0 + 1j]], "values must hold real numbers"),
+        (np.ma.masked_array([[20.0], [30.0]], mask=[[False], [True]]), "got masked values"),
+    ],
 )
 def test_a_table_of_another_shape_is_refused(base: pf.Scenario, values: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         evaluate(base, ["temperature_c"], values, "rebound")
+
+
+@pytest.mark.parametrize("names", [None, "temperature_c", {"temperature_c", "vma"}, [5]])
+def test_names_without_an_order_or_a_text_are_refused(base: pf.Scenario, names: Any) -> None:
+    with pytest.raises(ValueError, match=r"names = .* in the order of columns|5 is no field"):
+        evaluate(base, names, [[20.0]], "rebound")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"speed_kmh": np.array(60.0)}, r"speed_kmh has shape \(\): must be a list of values"),
+        ({"speed_kmh": np.array([[60.0, 70.0]])}, r"speed_kmh has shape \(1, 2\)"),
+        (
+            {"speed_kmh": np.ma.masked_array([60.0, 70.0], mask=[False, True])},
+            "speed_kmh has masked",
+        ),
+        ({"stations": 5.0, "outputs": {"f": len}}, "stations must be one-dimensional"),
+        ({"stations": [], "outputs": {"f": len}}, "stations is empty"),
+        ({"stations": [5.0]}, r"stations = \[5.0\]: for functions among the outputs"),
+        ({"outputs": {1: "rebound"}}, "outputs has the name 1: must be text"),
+        ({"outputs": {"": "rebound"}}, "outputs has the name '': must be text"),
+    ],
+)
+def test_a_sweep_of_no_sense_is_refused_before_it_runs(
+    base: pf.Scenario, options: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        pf.sweep(base, **{"speed_kmh": [60.0]} | options)
 
 
 # --- the store ----------------------------------------------------------------------------------
@@ -671,6 +707,30 @@ def test_a_damaged_chunk_is_done_again(
     evaluated.clear()
     pf.sweep(base, **AXES, outputs=OUTPUTS, store=tmp_path, workers=1)
     assert evaluated == []
+
+
+@pytest.mark.parametrize(
+    "outcome",
+    [
+        [[None], "", ""],
+        [["3"], "", ""],
+        [[float("nan")], "", ""],
+        [{"a": 1.0}, "", ""],
+        [[], 5, ""],
+    ],
+)
+def test_points_that_are_no_outcomes_are_done_again(
+    base: pf.Scenario, tmp_path: Path, outcome: list[Any]
+) -> None:
+    expected = pf.sweep(base, speed_kmh=[60.0], store=tmp_path)
+    [chunk] = tmp_path.glob("chunk-*")
+    data = json.loads(chunk.read_bytes().partition(b"\n")[2])
+    body = json.dumps(data | {"points": [[0, *outcome]]}).encode()
+    checksum = hashlib.blake2b(body, digest_size=16).hexdigest()
+    chunk.write_bytes(checksum.encode() + b"\n" + body)
+    with pytest.warns(UserWarning, match="1 damaged chunks deleted"):
+        found = pf.sweep(base, speed_kmh=[60.0], store=tmp_path)
+    xr.testing.assert_identical(found, expected)
 
 
 def test_failures_and_warnings_are_kept(

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from inspect import cleandoc
 from textwrap import indent
 from typing import Annotated, Any, Self
@@ -22,9 +24,30 @@ def _number(value: Any) -> Any:
 
 def whole_number(name: str, value: int) -> int:
     """Return a count of at least 1, or raise a ValueError that names it."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise ValueError(f"{name} = {value!r}: must be a whole number, at least 1")
+    whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
+    if not whole or not 1 <= value < 2**63:
+        raise ValueError(f"{name} = {value!r}: must be a whole number, at least 1, below 2**63")
     return int(value)
+
+
+def finite_number(name: str, value: Any) -> float:
+    """Return a finite number, or raise a ValueError that names it."""
+    if isinstance(value, np.ndarray) and value.ndim == 0 and not np.ma.is_masked(value):
+        value = value.item()
+    if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
+        with suppress(OverflowError):
+            number = float(value)
+            if math.isfinite(number):
+                return number
+    raise ValueError(f"{name} = {value!r}: must be a finite number")
+
+
+def two_numbers(name: str, pair: Any) -> tuple[float, float]:
+    """Return two finite numbers, or raise a ValueError that names them."""
+    if not isinstance(pair, list | tuple | np.ndarray) or len(pair) != 2:
+        raise ValueError(f"{name} = {pair!r}: must be two numbers")
+    low, high = pair
+    return finite_number(name, low), finite_number(name, high)
 
 
 Number = Annotated[float, BeforeValidator(_number)]

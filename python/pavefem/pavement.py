@@ -45,9 +45,9 @@ class Pavement(Model):
 
     asphalt: Asphalt = Asphalt()
     """The mix of the beam and of the asphalt's part of the bars."""
-    moment_of_inertia: Positive = 4.5e-5
+    moment_of_inertia: Annotated[Number, Field(ge=1e-12)] = 4.5e-5
     """Second moment of area I of the beam, m⁴."""
-    thickness: Annotated[Positive, Field(le=10)] = 0.10
+    thickness: Annotated[Number, Field(ge=1e-3, le=10)] = 0.10
     """Thickness of the beam, m: strain at its bottom is the curvature times half of it."""
     spacing: Annotated[Positive, Field(le=100)] = 0.5
     """Distance between bars, and length of the element that the constants below hold for, m."""

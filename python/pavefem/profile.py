@@ -542,6 +542,18 @@ def uniform_grid(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def finite_vector(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Copy of `values` as a 1-D float64 array; ValueError unless they are real and finite."""
+    vector = real_array(name, values)
+    if vector.ndim != 1:
+        raise ValueError(f"{name} must be one-dimensional, got shape {vector.shape}")
+    finite = np.isfinite(vector)
+    if not finite.all():
+        i = int(np.argmin(finite))
+        raise ValueError(f"{name}[{i}] is {vector[i]}; every value must be finite")
+    return vector
+
+
+def real_array(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Copy of `values` as a float64 array; ValueError unless they are real numbers."""
     try:
         array = np.asarray(values)
     except ValueError as error:  # nested sequences of unequal length
@@ -549,14 +561,7 @@ def finite_vector(name: str, values: ArrayLike) -> NDArray[np.float64]:
     if array.dtype.kind not in "iuf" or np.ma.is_masked(values):
         what = "masked values" if np.ma.is_masked(values) else f"dtype {array.dtype}"
         raise ValueError(f"{name} must hold real numbers, got {what}")
-    if array.ndim != 1:
-        raise ValueError(f"{name} must be one-dimensional, got shape {array.shape}")
-    vector = np.array(array, dtype=np.float64)
-    finite = np.isfinite(vector)
-    if not finite.all():
-        i = int(np.argmin(finite))
-        raise ValueError(f"{name}[{i}] is {vector[i]}; every value must be finite")
-    return vector
+    return np.array(array, dtype=np.float64)
 
 
 def _checked_tracks(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,6 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from pavefem._files import replacing
+from pavefem._model import finite_number
 from pavefem.coupling import Coupling
 from pavefem.errors import FormatError
 from pavefem.forces import AxleForces, LiftOff, TireForces
@@ -134,15 +134,11 @@ class Result:
         ValueError
             If no history was kept of it or at that place; the message names the nearest one.
         """
-        if quantity not in self.histories:
+        if not isinstance(quantity, str) or quantity not in self.histories:
             kept = f"only of {', '.join(self.histories)}" if self.histories else "of nothing"
-            wanted = quantity if quantity in QUANTITIES else "|".join(QUANTITIES)
-            raise ValueError(
-                f"no history of {quantity!r} was kept, {kept}: run with keep=[{wanted!r}]"
-            )
-        place = float(x)
-        if not math.isfinite(place):
-            raise ValueError(f"x = {x!r} m: must be finite")
+            wanted = [quantity] if quantity in [*QUANTITIES] else f"some of {[*QUANTITIES]}"
+            raise ValueError(f"no history of {quantity!r} was kept, {kept}: run with keep={wanted}")
+        place = finite_number("x", x)
         places = self.places
         nearest = int(np.abs(places - place).argmin())
         if abs(places[nearest] - place) > 1e-9 * max(1.0, abs(place)):
@@ -376,6 +372,9 @@ def load_result(path: str | os.PathLike[str]) -> Result:
 
 
 _DIMENSIONS: Final = {
+    "x": ("x",),
+    "time": ("time",),
+    "station": ("station",),
     "lowest": ("x",),
     "highest": ("x",),
     "time_of_lowest": ("x",),
@@ -397,6 +396,8 @@ def _check_dataset(dataset: xr.Dataset) -> None:
         "x",
         "time",
         "static_load",
+        "min_force",
+        "max_force",
         "lowest",
         "highest",
         "time_of_lowest",
@@ -415,8 +416,13 @@ def _check_dataset(dataset: xr.Dataset) -> None:
             )
         if not np.isfinite(values).all():
             raise ValueError(f"{name} is not finite")
+        if values.size == 0:
+            raise ValueError(f"{name} is empty")
         if any(dim not in dataset.coords for dim in dims):
             raise ValueError(f"{name} lacks a coordinate of {dims}")
+    for quantity, is_ in QUANTITIES.items():
+        if quantity in dataset and (units := dataset[quantity].attrs.get("units")) != is_.units:
+            raise ValueError(f"{quantity} has units {units!r}, expected {is_.units!r}")
 
 
 def from_dataset(dataset: xr.Dataset) -> Result:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pavefem import _core
 from pavefem._model import whole_number
@@ -29,7 +30,7 @@ from pavefem.forces import (
     TireForces,
     roll,
 )
-from pavefem.profile import Profile
+from pavefem.profile import Profile, finite_vector
 from pavefem.quantities import QUANTITIES, Quantity, core_names, histories
 from pavefem.result import Result
 from pavefem.road import Foundation, Road
@@ -263,9 +264,7 @@ def _kept(scenario: Scenario, keep: Keep, every: int, stations: Sequence[float] 
     """Check what is to be kept."""
     quantities = check_keep(keep)
     every = whole_number("every", every)
-    places = np.asarray([] if stations is None else stations, dtype=np.float64)
-    if places.ndim != 1 or (stations is not None and places.size == 0):
-        raise ValueError(f"stations has shape {places.shape}: must be a list of places, m")
+    places = check_stations(stations)
     along: list[Quantity] = [name for name in quantities if name != "tire_force"]
     if stations is not None and not along:
         raise ValueError(
@@ -366,12 +365,22 @@ def _check_size(scenario: Scenario, mesh: _Mesh, kept: _Kept) -> None:
         )
 
 
+def check_stations(stations: Sequence[float] | None) -> NDArray[np.float64]:
+    """Return the places of histories, none for those of all nodes, or raise a ValueError."""
+    if stations is None:
+        return np.array([], dtype=np.float64)
+    places = finite_vector("stations", stations)
+    if places.size == 0:
+        raise ValueError("stations is empty: must be a list of places, m")
+    return places
+
+
 def check_keep(keep: Keep) -> Sequence[Quantity | Literal["tire_force"]]:
     """Return the histories that `keep` stands for, or raise a ValueError."""
     known = [*QUANTITIES, "tire_force"]
     if not isinstance(keep, str) and isinstance(keep, Iterable):
         quantities = tuple(keep)
-        if all(name in known for name in quantities):
+        if all(isinstance(name, str) and name in known for name in quantities):
             return quantities
     elif keep == "envelope":
         return ()

@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
 from pavefem._files import replacing
+from pavefem._model import finite_number, two_numbers
 from pavefem._progress import progress_bar
 from pavefem.plotting.style import KN, MM, colour, heading, new_figure
 from pavefem.plotting.vehicle import BOX, FRAME, HUB, SideView
@@ -221,12 +222,12 @@ def _shots(
             "an animation needs the deflection of all nodes and the tire forces: run with "
             'keep=["deflection", "tire_force"] and without stations'
         )
-    if not (math.isfinite(fps) and 1.0 <= fps <= 50.0):
+    if not 1.0 <= finite_number("fps", fps) <= 50.0:
         raise ValueError(f"fps = {fps:g}: must be 1 to 50 frames a second")
     time = result.time
     if time.size < 2:
         raise ValueError("one instant is no film: run with a smaller every")
-    start, end = (time[0], time[-1]) if between is None else between
+    start, end = (time[0], time[-1]) if between is None else two_numbers("between", between)
     if not time[0] <= start < end <= time[-1]:
         raise ValueError(
             f"between = ({start:g}, {end:g}) s: must be two instants, the earlier first, "
@@ -236,8 +237,7 @@ def _shots(
     slowest = 1.0 / (fps * kept)
     if slow_motion is None:
         slow_motion = _round_down(min(slowest, (MOST_FRAMES - 1) / (fps * (end - start))))
-    if not (math.isfinite(slow_motion) and slow_motion > 0.0):
-        raise ValueError(f"slow_motion = {slow_motion:g}: must be finite and above 0")
+    slow_motion = _checked("slow_motion", slow_motion)
     if slow_motion > slowest * (1.0 + 1e-9):
         raise ValueError(
             f"slow_motion = {slow_motion:g}: instants {kept:g} s apart were kept, enough for "
@@ -618,6 +618,7 @@ def _added(axes: Axes, draw: Callable[[Axes], None]) -> list[Artist]:
 
 
 def _checked(name: str, scale: float) -> float:
-    if not (math.isfinite(scale) and scale > 0.0):
+    scale = finite_number(name, scale)
+    if not scale > 0.0:
         raise ValueError(f"{name} = {scale:g}: must be finite and above 0")
-    return float(scale)
+    return scale

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy import stats
 from scipy.optimize import least_squares
 
+from pavefem._model import finite_number
 from pavefem._validity import listening
 from pavefem.errors import CalibrationWarning, SolverError
 from pavefem.pavement import Pavement
@@ -163,9 +164,9 @@ class Calibration:
         ValueError
             If there is no such parameter, or `level` is not between 0 and 1.
         """
-        if name not in self.values:
+        if name not in [*self.values]:
             raise ValueError(f"{name!r} was not fitted: must be one of {list(self.values)}")
-        if not 0.0 < level < 1.0:
+        if not 0.0 < finite_number("level", level) < 1.0:
             raise ValueError(f"level = {level!r}: must be between 0 and 1")
         part = (1.0 + level) / 2.0
         quantile = stats.norm.ppf(part)
@@ -300,7 +301,7 @@ def calibrate(
             f"{model.measured.size} deflections for {len(bounds)} parameters: must be more, or "
             "come with their noise"
         )
-    first = model.place(start or {})
+    first = model.place({} if start is None else start)
     found = least_squares(
         model.residuals,
         first,
@@ -378,12 +379,14 @@ class _Model:
 
     def place(self, values: Mapping[str, float]) -> Array:
         """Start of the fit, scaled."""
-        unknown = [name for name in values if name not in self.bounds]
+        if not isinstance(values, Mapping):
+            raise ValueError(f"start = {values!r}: must be a mapping of parameters to numbers")
+        unknown = [f"{name}" for name in values if name not in self.bounds]
         if unknown:
             raise ValueError(f"start has {', '.join(unknown)}: not among the parameters")
         scaled = []
         for name, (low, high) in self.bounds.items():
-            value = float(values.get(name, self.field(name)))
+            value = finite_number(f"start of {name}", values.get(name, self.field(name)))
             if not low <= value <= high:
                 raise ValueError(
                     f"{name} starts at {value:g}: must be within its bounds, {low:g} to {high:g}; "

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from pavefem._progress import progress_bar
 from pavefem.errors import SweepError
+from pavefem.profile import real_array
 from pavefem.scenario import Scenario
 from pavefem.studies.executors import dispatch, pool_for
 from pavefem.studies.outputs import Outputs
@@ -91,7 +92,9 @@ def evaluate(
     >>> found.errors[2]
     'ValueError: temperature_c = 70.0 degC: must be below the softening point, 60 degC'
     """
-    table = np.asarray(values, dtype=np.float64)
+    if isinstance(names, str) or not isinstance(names, Sequence | np.ndarray):
+        raise ValueError(f"names = {names!r}: must be a list of fields, in the order of columns")
+    table = real_array("values", values)
     if table.ndim != 2 or table.shape[1] != len(names):
         raise ValueError(
             f"values has shape {table.shape}: must have a column for each of {[*names]}"

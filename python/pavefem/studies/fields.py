@@ -9,7 +9,6 @@ the profile to an IRI in m/km. Any end of a path is a name for it, if no other p
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
@@ -17,6 +16,7 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, Final
 
+from pavefem._model import two_numbers
 from pavefem._validity import listening, warn_validity
 from pavefem.asphalt import Asphalt
 from pavefem.pavement import Pavement
@@ -139,6 +139,8 @@ def resolve(base: Scenario, names: Sequence[str]) -> tuple[Field, ...]:
 
 
 def _resolve(base: Scenario, name: str, known: Sequence[str]) -> Field:
+    if not isinstance(name, str):
+        raise ValueError(f"{name!r} is no field: must be the name of one, such as speed_kmh")
     found = [path for path in known if f".{path}".endswith(f".{name}")]
     # A whole path is that path, whatever else ends so.
     found = [name] if name in found else found
@@ -177,11 +179,10 @@ def checked_bounds(
         )
     checked = {}
     for name, pair in parameters.items():
-        try:
-            low, high = (float(value) for value in pair)
-        except (TypeError, ValueError):
-            raise ValueError(f"bounds of {name} are {pair!r}: must be two numbers") from None
-        if not (math.isfinite(low) and math.isfinite(high) and low < high):
+        if not isinstance(name, str):
+            raise ValueError(f"parameters has the name {name!r}: must be text")
+        low, high = two_numbers(f"bounds of {name}", pair)
+        if not low < high:
             raise ValueError(f"bounds of {name} are {low:g} and {high:g}: the first must be lower")
         checked[name] = low, high
     return checked

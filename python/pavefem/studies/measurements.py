@@ -11,8 +11,9 @@ import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import solveh_banded
 
+from pavefem._model import finite_number
 from pavefem.formats.units import METRES, known_unit
-from pavefem.profile import Profile
+from pavefem.profile import Profile, real_array
 from pavefem.road import Road
 from pavefem.scheme import Scheme
 from pavefem.simulate import simulate
@@ -110,10 +111,10 @@ class ForceDeflection:
         set_ = object.__setattr__
         set_(self, "force", forces)
         set_(self, "deflection", deflections)
-        set_(self, "speed_kmh", speed_kmh)
-        set_(self, "temperature_c", temperature_c)
+        set_(self, "speed_kmh", finite_number("speed_kmh", speed_kmh))
+        set_(self, "temperature_c", finite_number("temperature_c", temperature_c))
         set_(self, "offset", offsets)
-        set_(self, "x", x)
+        set_(self, "x", None if x is None else finite_number("x", x))
         set_(self, "noise", _noise(noise, deflections.shape))
         set_(self, "name", name)
 
@@ -218,8 +219,8 @@ class DeflectionHistory:
         set_(self, "time", times)
         set_(self, "stations", places)
         set_(self, "vehicle", vehicle)
-        set_(self, "speed_kmh", speed_kmh)
-        set_(self, "temperature_c", temperature_c)
+        set_(self, "speed_kmh", finite_number("speed_kmh", speed_kmh))
+        set_(self, "temperature_c", finite_number("temperature_c", temperature_c))
         set_(self, "profile", profile)
         set_(self, "run_in", run_in)
         set_(self, "noise", _noise(noise, history.shape))
@@ -364,7 +365,7 @@ def _quantity(
         factor = units.get(given, units.get(known_unit(given), np.nan))
         if np.isnan(factor):
             raise ValueError(f"{name} has units {given!r}: must be {unit}, or one of {[*units]}")
-    array = factor * np.asarray(values, dtype=np.float64)
+    array = factor * real_array(name, values)
     if not np.isfinite(array).all():
         raise ValueError(f"{name} must be finite: leave out what was not measured")
     return array

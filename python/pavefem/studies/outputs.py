@@ -127,6 +127,8 @@ def outputs_of(outputs: Outputs) -> tuple[Output, ...]:
 
 
 def _output(what: str | Function, name: str | None = None) -> Output:
+    if name is not None and not (isinstance(name, str) and name):
+        raise ValueError(f"outputs has the name {name!r}: must be text")
     if callable(what):
         own = getattr(what, "__name__", None) if name is None else name
         if not isinstance(own, str) or not own.isidentifier():

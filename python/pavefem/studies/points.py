@@ -17,7 +17,14 @@ from pavefem.cache import Recent
 from pavefem.forces import Progress, TireForces
 from pavefem.result import Result
 from pavefem.scenario import Scenario
-from pavefem.simulate import HISTORIES, Keep, answer, check_keep, forces_on_road
+from pavefem.simulate import (
+    HISTORIES,
+    Keep,
+    answer,
+    check_keep,
+    check_stations,
+    forces_on_road,
+)
 from pavefem.studies.fields import PARTS, Changes, Field, changed_part, resolve
 from pavefem.studies.outputs import Output, Outputs, outputs_of
 from pavefem.vehicles.builder import Call
@@ -202,13 +209,19 @@ def plan_of(
     free = check_keep(keep)
     read = [free if output.keep is None else check_keep(output.keep) for output in found]
     quantities = list(dict.fromkeys(name for names in read for name in names))
+    places = check_stations(stations)
+    if stations is not None and all(output.keep is not None for output in found):
+        raise ValueError(
+            f"stations = {places.tolist()}: for functions among the outputs, which read histories; "
+            f"none of {[output.name for output in found]} does"
+        )
     return Plan(
         base=base,
         fields=resolve(base, names),
         choices=tuple(choices or [None] * len(names)),
         outputs=found,
         keep=quantities,
-        stations=None if stations is None else tuple(stations),
+        stations=None if stations is None else tuple(places.tolist()),
         cache=cache,
         files=cache,
         call=base.vehicle.made_by,

@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
-from pavefem._model import whole_number
+from pavefem._model import finite_number, whole_number
 from pavefem.errors import ValidityWarning
 from pavefem.scenario import Scenario
 from pavefem.studies.evaluation import evaluate
@@ -337,8 +337,8 @@ class _Study:
             )
         if outputs is None:
             outputs = "output"
-        listed = [outputs] if isinstance(outputs, str) or callable(outputs) else [*outputs]
-        output_names = [name for name in listed if isinstance(name, str)]
+        listed = [*outputs] if isinstance(outputs, list | tuple) else [outputs]
+        output_names = [name for name in listed if isinstance(name, str) and name]
         if not output_names or len(set(output_names)) < len(listed):
             raise ValueError(f"outputs = {outputs!r}: must be names, for a function")
         none = [""] * len(names)
@@ -363,7 +363,15 @@ class _Study:
     ) -> tuple[Array, Sequence[str]]:
         """Find the outputs of all points, and why some failed."""
         if not isinstance(self.model, Scenario):
-            values = np.asarray(self.model(points), dtype=np.float64)
+            given = {"executor": executor, "workers": workers, "store": store}
+            beyond = [name for name, value in given.items() if value is not None]
+            if beyond:
+                raise ValueError(
+                    f"{' and '.join(beyond)}: for a scenario; a function is called at once with "
+                    "all points, and what it gives is not kept"
+                )
+            answers = np.ma.asarray(self.model(points.copy()), np.float64)
+            values = np.asarray(np.ma.filled(answers, np.nan))
             if values.shape == (len(points),):
                 values = values[:, np.newaxis]
             if values.shape != (len(points), len(self.output_names)):
@@ -443,7 +451,7 @@ def _check_varies(study: _Study, answers: Array) -> None:
 
 
 def _check_level(level: float) -> None:
-    if not 0.0 < level < 1.0:
+    if not 0.0 < finite_number("level", level) < 1.0:
         raise ValueError(f"level = {level!r}: must be between 0 and 1")
 
 

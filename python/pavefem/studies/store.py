@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import time
 import warnings
@@ -123,6 +124,9 @@ class Store:
         sound = all(
             0 <= number < self._count
             and len(outcome.values) == (0 if outcome.error else len(self._plan.outputs))
+            and all(isinstance(value, float) and math.isfinite(value) for value in outcome.values)
+            and isinstance(outcome.error, str)
+            and isinstance(outcome.warning, str)
             for number, outcome in found.items()
         )
         if data["study"] != self._digest or not sound:

@@ -160,7 +160,7 @@ def _axis(name: str, given: Any) -> _Axis:
         raise ValueError(
             f"{name} = {given!r}: must be a list of values; a single one is the base's"
         )
-    values = np.asarray(given).tolist() if hasattr(given, "__array__") else [*given]
+    values = _listed(name, given) if hasattr(given, "__array__") else [*given]
     values = [value.item() if isinstance(value, np.generic) else value for value in values]
     if not values:
         raise ValueError(f"{name} has no value: must have at least one")
@@ -173,6 +173,15 @@ def _axis(name: str, given: Any) -> _Axis:
         raise ValueError(f"{name} has {wrong[0]}: must be finite")
     entries = [value if isinstance(value, str | int) else float(value) for value in values]
     return _Axis(entries, None, entries)
+
+
+def _listed(name: str, given: Any) -> list[Any]:
+    """Values of an array of numpy or of those who know it."""
+    array = np.asarray(given)
+    if array.ndim != 1 or np.ma.is_masked(given):
+        what = "masked values" if np.ma.is_masked(given) else f"shape {array.shape}"
+        raise ValueError(f"{name} has {what}: must be a list of values")
+    return [*array.tolist()]
 
 
 def _are_numbers(values: Sequence[Any]) -> bool:

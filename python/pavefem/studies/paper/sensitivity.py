@@ -56,8 +56,12 @@ def paper_sensitivity(x: ArrayLike, y: ArrayLike, *, signed: bool = False) -> fl
     if np.any(np.diff(inputs) == 0.0):
         same = inputs[np.argmin(np.diff(inputs) != 0.0)]
         raise ValueError(f"x has {same:g} twice in a row: must change from each point to the next")
-    ratio = _relative_steps(answers) / _relative_steps(inputs)
-    return float(np.mean(ratio if signed else np.abs(ratio)))
+    with np.errstate(all="ignore"):  # what comes of it is refused below
+        ratio = _relative_steps(answers) / _relative_steps(inputs)
+    mean = float(np.mean(ratio if signed else np.abs(ratio)))
+    if not np.isfinite(mean):
+        raise ValueError("relative changes of x or y are too large, or too small, for numbers")
+    return mean
 
 
 def _relative_steps(values: NDArray[np.float64]) -> NDArray[np.float64]:
