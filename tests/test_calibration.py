@@ -515,3 +515,11 @@ def test_a_fit_is_drawn(true_history: xr.DataArray) -> None:
     np.testing.assert_allclose(
         np.asarray(fitted.get_ydata(), dtype=np.float64), fit.fitted[1] * 1e3
     )
+
+
+def test_a_creep_test_takes_no_tire_print() -> None:
+    pairs = pf.ForceDeflection(
+        force=[40e3, 50e3], deflection=[4e-4, 5e-4], speed_kmh=15.0, temperature_c=10.0
+    )
+    with pytest.raises(ValueError, match=r"tire_print = 0.3 m: a force at rest is a point"):
+        pairs.predict(pf.Road.paper(), pf.Scheme.converged(tire_print=0.3))

@@ -366,6 +366,9 @@ def load_result(path: str | os.PathLike[str]) -> Result:
     except (OSError, ValueError, LookupError, RuntimeError, AttributeError) as error:
         raise FormatError(f"not a sound netCDF file: {error}", path=path) from None
     try:
+        for name, size in dataset.sizes.items():
+            if size == 0:
+                raise ValueError(f"{name} is empty")
         return from_dataset(dataset)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise FormatError(f"not a pavefem result: {error}", path=path) from None
@@ -416,8 +419,6 @@ def _check_dataset(dataset: xr.Dataset) -> None:
             )
         if not np.isfinite(values).all():
             raise ValueError(f"{name} is not finite")
-        if values.size == 0:
-            raise ValueError(f"{name} is empty")
         if any(dim not in dataset.coords for dim in dims):
             raise ValueError(f"{name} lacks a coordinate of {dims}")
     for quantity, is_ in QUANTITIES.items():

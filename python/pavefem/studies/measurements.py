@@ -287,8 +287,13 @@ def static_deflection(
     Raises
     ------
     ValueError
-        If a place is off the road.
+        If a place is off the road, or the scheme has a tire print.
     """
+    if scheme.tire_print > 0.0:
+        raise ValueError(
+            f"tire_print = {scheme.tire_print:g} m: a force at rest is a point here, use a scheme "
+            "with tire_print=0"
+        )
     strip = road.strip(
         temperature_c,
         speed_kmh,
