@@ -10,7 +10,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pavefem.plotting.style import KN, MM, MOST_POINTS, colour, draw_line, heading, new_figure
+from pavefem.plotting.style import (
+    KN,
+    MM,
+    MOST_POINTS,
+    colour,
+    dashes,
+    draw_line,
+    heading,
+    new_figure,
+)
 
 if TYPE_CHECKING:
     from pavefem.quantities import Quantity
@@ -136,8 +145,16 @@ def draw_envelope(axes: Axes, result: Result) -> None:
     )
     for axle, peaks in enumerate(result.peak_deflection):
         label = f"lowest as axle {axle + 1} passes"
-        draw_line(axes, result.x, -peaks * MM, colour(axle), linewidth=0.8, label=label)
-    draw_line(axes, result.x, result.highest * MM, colour(1), label="highest")
+        draw_line(
+            axes,
+            result.x,
+            -peaks * MM,
+            colour(axle),
+            linewidth=0.8,
+            linestyle=dashes(axle),
+            label=label,
+        )
+    draw_line(axes, result.x, result.highest * MM, "black", label="highest")
     axes.plot(
         result.x[worst],
         result.lowest[worst] * MM,
@@ -146,7 +163,11 @@ def draw_envelope(axes: Axes, result: Result) -> None:
         label=f"largest deflection {result.max_deflection * MM:.3f} mm",
     )
     axes.set(title="Envelope of the deflection", xlabel="x [m]", ylabel="deflection [mm]")
-    axes.legend(fontsize="small")
+    rows = (len(axes.get_legend_handles_labels()[1]) + 1) // 2
+    room = 0.05 + 0.07 * rows  # of the height, below the lines, for the legend
+    low, high = axes.get_ylim()
+    axes.set_ylim(low - room / (1.0 - room) * (high - low), high)
+    axes.legend(fontsize="small", ncols=2, loc="lower center")
     axes.grid(alpha=0.3)
 
 
@@ -164,11 +185,14 @@ def draw_forces(axes: Axes, result: Result) -> None:
             forces.force[on_road, axle] * KN,
             colour(axle),
             linewidth=1.0,
+            linestyle=dashes(axle),
             label=f"axle {axle + 1}",
         )
         axes.axhline(static * KN, color=colour(axle), linewidth=0.7, linestyle=":")
     title = "Tire forces of each axle (dotted: static)"
     axes.set(title=title, xlabel="x [m]", ylabel="tire force [kN]")
-    axes.legend(fontsize="small", ncols=min(6, forces.static_loads.size), loc="upper center")
-    axes.set_ylim(top=axes.get_ylim()[1] + 0.12 * np.ptp(axes.get_ylim()))
+    columns = min(5, forces.static_loads.size)
+    rows = -(-forces.static_loads.size // columns)
+    axes.legend(fontsize="small", ncols=columns, loc="upper center")
+    axes.set_ylim(top=axes.get_ylim()[1] + (0.04 + 0.08 * rows) * np.ptp(axes.get_ylim()))
     axes.grid(alpha=0.3)

@@ -28,6 +28,11 @@ def colour(number: int) -> str:
     return COLOURS[number % len(COLOURS)]
 
 
+def dashes(number: int) -> str:
+    """Line style of an axle, counted from 0: it tells apart those that share a colour."""
+    return ("-", "--", ":")[number // len(COLOURS) % 3]
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Begin a figure, inches; pyplot knows nothing of it."""
     return Figure(figsize=(width, height), layout="constrained")
@@ -40,6 +45,7 @@ def draw_line(
     ink: str,
     *,
     linewidth: float = 1.2,
+    linestyle: str = "-",
     label: str | None = None,
 ) -> None:
     """Draw a line; of one with more points than a picture has pixels, what is between its extremes.
@@ -48,14 +54,14 @@ def draw_line(
     drawn above another remains to be seen, and so does the mean of the bins.
     """
     if x.size <= MOST_POINTS:
-        axes.plot(x, y, color=ink, linewidth=linewidth, label=label)
+        axes.plot(x, y, color=ink, linewidth=linewidth, linestyle=linestyle, label=label)
         return
     starts = np.arange(BINS) * x.size // BINS
     low, high = np.minimum.reduceat(y, starts), np.maximum.reduceat(y, starts)
     means = np.add.reduceat(y, starts) / np.diff(np.append(starts, x.size))
     middles = x[(starts + np.append(starts[1:], x.size)) // 2]
     axes.fill_between(middles, low, high, step="mid", color=ink, alpha=0.35, linewidth=0.0)
-    axes.plot(middles, means, color=ink, linewidth=linewidth, label=label)
+    axes.plot(middles, means, color=ink, linewidth=linewidth, linestyle=linestyle, label=label)
 
 
 def heading(scenario: Scenario) -> str:
