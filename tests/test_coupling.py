@@ -404,8 +404,30 @@ def test_a_damaged_file_is_not_a_result(coupled: pf.Result, tmp_path: Path) -> N
 def test_the_dense_solver_names_the_window(truck: pf.Vehicle) -> None:
     with pytest.raises(ValueError, match=r'coupling = "two-way".*solver="window"'):
         pf.simulate(pf.Road.paper(), truck, coupling="two-way")
+    third = CONVERGED.model_copy(update={"order": 3})
+    with pytest.raises(ValueError, match="order=2"):
+        two_way(pf.Road.paper(), truck, scheme=third)
     with pytest.raises(ValueError, match="coupling"):
         pf.Scenario(coupling="both")
+
+
+def test_a_store_couples_one_way(truck: pf.Vehicle, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match='coupling = "one-way"'):
+        two_way(pf.Road(length=6.0), truck, keep=["tire_force"], store=tmp_path / "run.zarr")
+
+
+def test_a_tire_print_feels_the_mean_deflection(truck: pf.Vehicle) -> None:
+    """A print of 1 mm is a point; one of 0.3 m sinks less than a point load does."""
+    found = []
+    for tire_print in (0.0, 1e-3, 0.3):
+        scheme = CONVERGED.model_copy(update={"tire_print": tire_print})
+        coupling = two_way(pf.Road(length=6.0), truck, scheme=scheme).coupling
+        assert coupling is not None
+        assert coupling.axle_deflection is not None
+        found.append(coupling.axle_deflection)
+    point, short, long = found
+    np.testing.assert_allclose(short, point, rtol=0, atol=1e-3 * np.abs(point).max())
+    assert 0.7 < long.min() / point.min() < 0.95
 
 
 def test_the_paper_scheme_by_the_window(truck: pf.Vehicle) -> None:
