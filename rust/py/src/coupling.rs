@@ -10,11 +10,10 @@ use crate::pavement::Window;
 use crate::vehicle::{Vehicle, interpolated};
 use crate::watch::detached;
 
-/// Tire forces, deflections under the axles, and the most iterations of a step.
-type Fitted<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, usize);
+/// Forces of the axles, deflections under them, and the most iterations that a step took.
+type Kept<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, usize);
 
-/// Run a vehicle over a profile and a road, `run` being a row as `fleet_forces` takes it: forces of the
-/// axles, deflections under them, and the most iterations that a step took.
+/// Run a vehicle over a profile and a road, `run` being a row as `fleet_forces` takes it.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "each is a plain value the run needs")]
 #[pyo3(signature = (
@@ -33,7 +32,7 @@ pub(crate) fn two_way<'py>(
     road: Py<Window>,
     positions: PyReadonlyArray2<'_, f64>,
     progress: Option<Py<PyAny>>,
-) -> PyResult<Fitted<'py>> {
+) -> PyResult<Kept<'py>> {
     let interpolation = interpolated(interpolation)?;
     let (x, z, positions) = (vector(&x), vector(&z), rows(&positions));
     let (speed, start, skip, steps) = run;
