@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -402,6 +403,14 @@ def test_a_long_road_goes_into_a_store(pavefem: Run, tmp_path: Path) -> None:
     assert envelope.code == 0, envelope.err
     assert pf.load_result(tmp_path / "other.zarr").forces is None
     assert 'use a Scheme with solver="window"' in pavefem("run", "--store", "new.zarr").error()
+
+
+def test_a_store_without_zarr_says_how_to_get_it(
+    pavefem: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    done = pavefem("run", "--smooth", "--scheme", "converged", "--store", "run.zarr")
+    assert done.error() == "stores need zarr: pip install 'pavefem[zarr]'"
 
 
 def test_ctrl_c_says_what_a_store_holds(pavefem: Run, monkeypatch: pytest.MonkeyPatch) -> None:

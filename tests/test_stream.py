@@ -180,6 +180,19 @@ def test_the_envelope_alone(plain: pf.Result, tmp_path: Path) -> None:
         found.history(1.0)
 
 
+def test_tracks_of_a_profile_are_kept(tmp_path: Path) -> None:
+    made = pf.Profile.iso8608("C", length=120.0, seed=3)
+    tracks = {"left": made.z, "right wheel path": 0.9 * made.z}
+    profile = pf.Profile(made.x, made.z, "two", tracks=tracks)
+    changes = {"profile": profile, "run_in": 0.0, "road": pf.Road(length=60.0), "stations": [9.0]}
+    found = pf.simulate(**inputs(**changes), store=tmp_path / "run.zarr")
+    assert_close(found, pf.simulate(**inputs(**changes)))
+    assert found.scenario.profile is not None
+    assert [*found.scenario.profile.tracks] == [*tracks]
+    for name, elevations in tracks.items():
+        np.testing.assert_array_equal(found.dataset["track_elevation"].sel(track=name), elevations)
+
+
 def test_the_same_call_again_does_nothing(
     uninterrupted: pf.Result, monkeypatch: pytest.MonkeyPatch
 ) -> None:

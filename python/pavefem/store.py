@@ -306,7 +306,7 @@ class Store:
         state = self._complete(self._state, self._arrays["x"].size)
         self._arrays["min_force"][:] = state.axles.lowest
         self._arrays["max_force"][:] = state.axles.highest
-        self._group.attrs.update(state.attributes)
+        self._group.update_attributes(state.attributes)
         self.finished = True
         shutil.rmtree(self.path / _STATES, ignore_errors=True)
         _consolidate(self.path)
@@ -378,7 +378,11 @@ def _last_state(path: Path, dataset: xr.Dataset, plan: Plan) -> State | None:
 
 def _open(path: Path) -> xr.Dataset:
     _zarr()
-    return xr.open_dataset(path, engine="zarr", chunks=None, consolidated=False)
+    dataset = xr.open_dataset(path, engine="zarr", chunks=None, consolidated=False)
+    if "track_elevation" in dataset:
+        names = dataset["track_elevation"].attrs.pop("tracks")
+        dataset = dataset.assign_coords(track=("track", names))
+    return dataset
 
 
 def _histories(dataset: xr.Dataset) -> list[str]:
@@ -398,9 +402,12 @@ def _create(path: Path, plan: Plan, dataset: xr.Dataset) -> None:
     try:
         dataset.attrs = {name: dataset.attrs[name] for name in dataset.attrs if name not in _OF_ALL}
         dataset.attrs[_PLAN] = json.dumps(asdict(plan))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # zarr says that text is not yet of its standard
-            dataset.drop_dims(["time", "x"]).to_zarr(part, zarr_format=3, consolidated=False)
+        static = dataset.drop_dims(["time", "x"])
+        if "track" in static.coords:
+            # Text is not yet of zarr's standard.
+            static["track_elevation"].attrs["tracks"] = static["track"].to_numpy().tolist()
+            static = static.drop_vars("track")
+        static.to_zarr(part, zarr_format=3, consolidated=False)
         group = zarr.open_group(part, mode="r+")
         for name, values in dataset.variables.items():
             if not {"time", "x"} & set(values.dims):

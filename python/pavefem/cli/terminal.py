@@ -24,8 +24,9 @@ from pavefem.errors import PavefemError
 console = Console()
 errors = Console(stderr=True)
 
-MISTAKES: Final = (PavefemError, ValueError, OSError, MemoryError)
-"""What a user, a file or the machine can cause; anything else is a bug and has a traceback."""
+MISTAKES: Final = (PavefemError, ValueError, OSError, MemoryError, ImportError)
+"""What a user, a file or the machine can cause, or a library that is not there; anything else is a
+bug and has a traceback."""
 
 _Found = TypeVar("_Found")
 
