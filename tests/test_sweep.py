@@ -242,9 +242,10 @@ def test_objects_are_known_by_their_names(base: pf.Scenario) -> None:
 
 def test_every_number_of_a_scenario_has_units() -> None:
     lines = [pf.Scenario(vehicle=make()) for make in pf.vehicles.PRESETS.values()]
-    words = {"road", "vehicle", "profile", "scheme", "interpolation", "lift_off", "pavement",
-             "asphalt", "ends", "foundation", "weights", "hold", "solver", "order", "suspension",
-             "front_suspension", "rear_suspension", "front_tires", "rear_tires"}  # fmt: skip
+    words = {"road", "vehicle", "profile", "scheme", "interpolation", "lift_off", "coupling",
+             "pavement", "asphalt", "ends", "foundation", "weights", "hold", "solver", "order",
+             "suspension", "front_suspension", "rear_suspension", "front_tires",
+             "rear_tires"}  # fmt: skip
     known = {path.rpartition(".")[2] for base in lines for path in fields.known_paths(base)}
     assert known - words == set(fields.UNITS)
 
