@@ -658,7 +658,7 @@ def pavefem_passage(case: Case, length: float) -> Array:
         pf.vehicles.tandem_truck(axle_spacing=1.3),
         speed_kmh=case.speed_kmh,
         temperature_c=case.temperature_c,
-        scheme="converged",
+        scheme=pf.Scheme.converged(element_length=ELEMENT),
         keep="envelope",
     )
     return np.asarray(result.lowest)[1:-1]
