@@ -311,8 +311,11 @@ pf.simulate(**inputs(), store="run.zarr")
 """
 
 LONG = """
+import signal
 import pavefem as pf
 
+# A shell's background process, and so its children, would ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 road = pf.Road(length=60e3)
 truck = pf.vehicles.tandem_truck()
 pf.simulate(road, truck, scheme="converged", keep="envelope", store="run.zarr", progress=True)

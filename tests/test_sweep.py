@@ -999,7 +999,9 @@ def test_a_long_run_stops_when_it_is_no_longer_wanted() -> None:
 
 
 INTERRUPTED = """
-import sys, time, pavefem as pf
+import signal, sys, time, pavefem as pf
+# A shell's background process, and so its children, would ignore it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 def slow(result):
     time.sleep(0.02)
     return result.max_deflection
