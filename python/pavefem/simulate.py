@@ -208,18 +208,21 @@ def answer(
     stepper, x = _stepper(scenario, mesh, kept.for_core, cache, files)
     with bar("vehicle") as report:
         forces = (forces_of or forces_on_road)(scenario, report)
-    with bar("pavement") as report:
-        record = stepper.run(forces.position, forces.force, report)
     if scenario.coupling == "one-way":
+        with bar("pavement") as report:
+            record = stepper.run(forces.position, forces.force, report)
         return kept.result(scenario, x, forces, record)
     assert isinstance(stepper, _core.Window)  # the scenario saw to it
-    one_way, lowest = forces, record[1]
+    # Of the one-way answer, which nobody asked for, no history is kept.
+    bare, _ = _stepper(scenario, mesh, _ENVELOPE.for_core, cache, files)
+    with bar("pavement") as report:
+        lowest = bare.run(forces.position, forces.force, report)[1]
     with bar("coupling") as report:
-        coupled = couple(scenario, one_way.position, stepper, report)
+        coupled = couple(scenario, forces.position, stepper, report)
     with bar("pavement") as report:
         record = stepper.run(coupled.forces.position, coupled.forces.force, report)
     deepest = float(lowest.min()), float(record[1].min())
-    coupling = coupled.against(one_way, deepest, kept.every if kept.tire_force else None)
+    coupling = coupled.against(forces, deepest, kept.every if kept.tire_force else None)
     return replace(kept.result(scenario, x, coupled.forces, record), coupling=coupling)
 
 
@@ -258,6 +261,9 @@ class _Kept(NamedTuple):
             stations=self.stations,
             forces=_thin(forces, self.every) if self.tire_force else None,
         )
+
+
+_ENVELOPE: Final = _Kept(along=(), tire_force=False, stations=None, every=1)
 
 
 def _kept(scenario: Scenario, keep: Keep, every: int, stations: Sequence[float] | None) -> _Kept:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from pavefem.plotting.style import KN, MM, colour, new_figure, plain
 
@@ -35,18 +36,10 @@ def plot_tornado(found: xr.Dataset, output: str | None = None) -> Figure:
     shown = shown.sortby(abs(shown["at_high"] - shown["at_low"]))
     middle = factor * float(shown["middle"])
     figure, axes = _bars(shown, f"{_name(shown)}, one parameter at a time")
-    places = np.arange(shown.sizes["parameter"])
     for number, end in enumerate(("low", "high")):
         change = factor * shown[f"at_{end}"].to_numpy() - middle
         # Side by side: both ends may lie on one side of the middle.
-        axes.barh(
-            places + 0.2 - 0.4 * number,
-            change,
-            height=0.4,
-            left=middle,
-            color=colour(number),
-            label=f"at the {end} end",
-        )
+        _half_bars(axes, number, change, left=middle, label=f"at the {end} end")
     axes.axvline(middle, color="black", linewidth=1.0)
     axes.legend(fontsize="small", loc="lower right")
     axes.set_xlabel(label)
@@ -104,23 +97,22 @@ def plot_sobol(found: xr.Dataset, output: str | None = None) -> Figure:
     """
     shown = _of_output(found, "first_order", output).sortby("total")
     figure, axes = _bars(shown, f"{_name(shown)}: parts of the variance")
-    places = np.arange(shown.sizes["parameter"])
     bars = (("total", "total: with all interactions"), ("first_order", "first order: on its own"))
     for number, (name, text) in enumerate(bars):
-        axes.barh(
-            places + 0.2 - 0.4 * (1 - number),
-            shown[name],
-            height=0.4,
-            xerr=shown[f"{name}_confidence"],
-            color=colour(1 - number),
-            capsize=3.0,
-            label=text,
-        )
+        error = shown[f"{name}_confidence"].to_numpy()
+        values = shown[name].to_numpy()
+        _half_bars(axes, 1 - number, values, xerr=error, capsize=3.0, label=text)
     axes.set_xlim(left=min(0.0, axes.get_xlim()[0]))
     level = 100.0 * found.attrs["level"]
     axes.set_xlabel(f"Sobol index, with {level:g} % interval")
     axes.legend(fontsize="small", loc="lower right")
     return figure
+
+
+def _half_bars(axes: Axes, number: int, values: NDArray[np.float64], **style: Any) -> None:
+    """Draw one of two bars of each parameter, the first above the second."""
+    places = np.arange(values.size) + 0.2 - 0.4 * number
+    axes.barh(places, values, height=0.4, color=colour(number), **style)
 
 
 def _of_output(found: xr.Dataset, variable: str, output: str | None) -> xr.Dataset:
