@@ -2,12 +2,12 @@
 
 use numpy::{PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pavefem_core::coupling::{self, Coupled};
-use pavefem_core::vehicle::{Passage, Profile, Run};
+use pavefem_core::vehicle::Profile;
 use pyo3::prelude::*;
 
 use crate::convert::{rows, table, vector};
 use crate::pavement::Window;
-use crate::vehicle::{Vehicle, interpolated};
+use crate::vehicle::{RunRow, Vehicle, interpolated};
 use crate::watch::detached;
 
 /// Forces of the axles, deflections under them, and the most iterations that a step took.
@@ -22,7 +22,7 @@ type Kept<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, usize);
 pub(crate) fn two_way<'py>(
     py: Python<'py>,
     vehicle: Py<Vehicle>,
-    run: (f64, f64, usize, usize),
+    run: RunRow,
     x: PyReadonlyArray1<'_, f64>,
     z: PyReadonlyArray1<'_, f64>,
     interpolation: &str,
@@ -35,9 +35,7 @@ pub(crate) fn two_way<'py>(
 ) -> PyResult<Kept<'py>> {
     let interpolation = interpolated(interpolation)?;
     let (x, z, positions) = (vector(&x), vector(&z), rows(&positions));
-    let (speed, start, skip, steps) = run;
-    let run = Run { speed, dt, start, skip, steps, lift_off, tolerance };
-    let passage = Passage { vehicle: &vehicle.get().0, run };
+    let passage = vehicle.get().passage(run, dt, lift_off, tolerance);
     let axles = passage.vehicle.static_loads().len();
     let road = &road.get().road;
     let Coupled { forces, under_axles, iterations } = detached(py, progress.as_ref(), |watch| {

@@ -74,6 +74,23 @@ impl Vehicle {
     }
 }
 
+/// Speed, start, steps to skip, steps to keep.
+pub(crate) type RunRow = (f64, f64, usize, usize);
+
+impl Vehicle {
+    /// A run of it.
+    pub(crate) fn passage(
+        &self,
+        (speed, start, skip, steps): RunRow,
+        dt: f64,
+        lift_off: bool,
+        tolerance: f64,
+    ) -> Passage<'_> {
+        let run = Run { speed, dt, start, skip, steps, lift_off, tolerance };
+        Passage { vehicle: &self.0, run }
+    }
+}
+
 type Kept<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// Rows of runs: speed, start, steps to skip, steps to keep. For each vehicle: its history, its
@@ -112,9 +129,8 @@ pub(crate) fn fleet_forces<'py>(
     }
     let mut passages = Vec::with_capacity(runs.len());
     for (vehicle, [speed, start, skip, steps]) in vehicles.iter().zip(runs) {
-        let (skip, steps) = (index("skip", skip)?, index("steps", steps)?);
-        let run = Run { speed, dt, start, skip, steps, lift_off, tolerance };
-        passages.push(Passage { vehicle: &vehicle.get().0, run });
+        let row = (speed, start, index("skip", skip)?, index("steps", steps)?);
+        passages.push(vehicle.get().passage(row, dt, lift_off, tolerance));
     }
     let found = detached(py, progress.as_ref(), |watch| {
         let profile = Profile::new(&x, &z, interpolation)?;
@@ -130,7 +146,7 @@ pub(crate) fn fleet_forces<'py>(
 pub(crate) fn forces_in_blocks(
     py: Python<'_>,
     vehicle: Py<Vehicle>,
-    run: (f64, f64, usize, usize),
+    run: RunRow,
     x: PyReadonlyArray1<'_, f64>,
     z: PyReadonlyArray1<'_, f64>,
     interpolation: &str,
@@ -142,9 +158,7 @@ pub(crate) fn forces_in_blocks(
 ) -> PyResult<()> {
     let interpolation = interpolated(interpolation)?;
     let (x, z) = (vector(&x), vector(&z));
-    let (speed, start, skip, steps) = run;
-    let run = Run { speed, dt, start, skip, steps, lift_off, tolerance };
-    let passage = Passage { vehicle: &vehicle.get().0, run };
+    let passage = vehicle.get().passage(run, dt, lift_off, tolerance);
     let axles = passage.vehicle.static_loads().len();
     let mut raised = None;
     let mut hand_over = |forces: &[f64]| {
