@@ -1,9 +1,11 @@
 //! Pitch-plane vehicles from bodies, springs and tires, and their tire forces over a profile.
 
+mod aligned;
 pub mod blocks;
 pub mod contact;
+pub(crate) mod course;
 pub mod fleet;
-mod linear;
+pub(crate) mod linear;
 pub mod model;
 mod nonlinear;
 pub mod record;
