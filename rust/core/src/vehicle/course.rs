@@ -123,3 +123,65 @@ impl Course {
         first + ((self.start - run_in - place) / reach + SOON).floor() as i64
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+
+    const DT: f64 = 1e-3;
+
+    fn at(time: f64, place: f64, speed: f64) -> Break {
+        Break { time, place, speed }
+    }
+
+    #[test]
+    fn places_are_those_of_the_breaks_however_late() -> Result<()> {
+        let day = 86_400.0;
+        let breaks =
+            [at(day + 0.3, 12.0, 20.0), at(day + 1.3004, 32.008, 0.0), at(day + 3.0, 32.008, 5.0)];
+        let course = Course::new(&breaks, DT)?;
+        let tick = |time: f64| ((day + time) / DT).round() as i64;
+        let places = [(-0.5, -4.0), (0.3, 12.0), (1.3, 32.0), (1.301, 32.008), (2.999, 32.008)];
+        for (time, place) in places.into_iter().chain([(3.0, 32.008), (103.0, 532.008)]) {
+            let found = course.place(tick(time));
+            assert!((found - place).abs() < 1e-8, "{found} m at {time} s, not {place} m");
+        }
+        let numbers =
+            [0.0, 0.299, 0.3, 1.3, 1.301, 2.999, 3.0].map(|time| course.number(tick(time)));
+        assert_eq!(numbers, [0, 0, 0, 0, 1, 1, 2]);
+        assert_eq!([0.3, 2.0, 9.0].map(|time| course.speed(tick(time))), [20.0, 0.0, 5.0]);
+        Ok(())
+    }
+
+    #[test]
+    fn a_run_in_begins_at_the_tick_at_or_before_its_place() -> Result<()> {
+        let course = Course::new(&[at(2.0, 0.0, 20.0)], DT)?;
+        assert_eq!(course.first_tick(0.0), 2000);
+        assert_eq!(course.first_tick(20.0), 1000);
+        assert_eq!(course.first_tick(20.001), 999);
+        assert_eq!(course.first_tick(60.0), -1000);
+        let course = Course::new(&[at(2.0004, 5.0, 20.0)], DT)?;
+        assert_eq!(course.first_tick(0.0), 2000);
+        assert!((course.place(2000) - 4.992).abs() < 1e-9);
+        let stands = Course::new(&[at(2.0, 0.0, 0.0), at(3.0, 0.0, 9.0)], DT)?;
+        assert_eq!(stands.first_tick(20.0), 2000);
+        Ok(())
+    }
+
+    #[test]
+    fn a_course_that_cannot_be_is_refused() {
+        let cases = [
+            (vec![], "breaks of a course"),
+            (vec![at(f64::NAN, 0.0, 1.0)], "break 0: time"),
+            (vec![at(0.0, f64::INFINITY, 1.0)], "break 0: place"),
+            (vec![at(0.0, 0.0, -1.0)], "break 0: speed"),
+            (vec![at(1.0, 0.0, 1.0), at(1.0, 0.0, 1.0)], "break 1: time"),
+            (vec![at(0.0, 0.0, 1.0), at(1.0, 1.1, 1.0)], "break 1: place"),
+        ];
+        for (breaks, expected) in cases {
+            let refused = Course::new(&breaks, DT);
+            assert!(matches!(refused, Err(Error::Invalid { name, .. }) if name == expected));
+        }
+    }
+}
