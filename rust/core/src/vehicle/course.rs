@@ -12,13 +12,13 @@ const GAP: f64 = 1e-6;
 
 /// Where a course changes its speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Break {
+pub struct Break {
     /// Time, s.
-    pub(crate) time: f64,
+    pub time: f64,
     /// Place of the front axle, m.
-    pub(crate) place: f64,
+    pub place: f64,
     /// Speed from there on, m/s; 0 for a vehicle that stands.
-    pub(crate) speed: f64,
+    pub speed: f64,
 }
 
 /// Between two breaks, as ticks see it.
@@ -108,9 +108,17 @@ impl Course {
         self.piece(tick).0.place(tick)
     }
 
-    /// Speed at a tick, m/s.
-    pub(crate) fn speed(&self, tick: i64) -> f64 {
-        self.piece(tick).0.speed
+    /// The first tick at which the front axle is at a place, m, or ahead of it; the last tick there is
+    /// if it does not get there.
+    pub(crate) fn first_from(&self, place: f64) -> i64 {
+        let number = self.pieces.partition_point(|piece| piece.place < place).saturating_sub(1);
+        let Piece { first, place: from, reach, .. } = self.pieces[number];
+        let next = self.pieces.get(number + 1).map_or(i64::MAX, |next| next.first);
+        if reach == 0.0 {
+            return if from >= place { first } else { next };
+        }
+        let tick = first.saturating_add(((place - from) / reach - SOON).ceil() as i64);
+        tick.min(next)
     }
 
     /// The first tick of a vehicle that rolls in: the one at which the front axle is `run_in` metres

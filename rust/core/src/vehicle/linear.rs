@@ -4,12 +4,12 @@ use std::ops::Range;
 
 use pulp::{Simd, WithSimd};
 
-use super::aligned::Aligned;
 use super::contact::{Interpolation, Line, Profile, Wheel};
 use super::course::{Course, Piece};
 use super::model::{Tire, Vehicle};
 use super::record::{Keep, Keeper, Outlet, Record, Sums, Tally};
 use super::run::{Passage, WATCHED};
+use crate::aligned::Aligned;
 use crate::error::{Result, Watch, diverged, go_on, invalid, unwatched};
 use crate::linalg::{DMatrix, multiply};
 use crate::transition::{Form, Transition};
@@ -158,13 +158,13 @@ pub(crate) struct Abreast<'a> {
     /// Whether any vehicle has begun to move.
     moves: bool,
     /// Of each lane: the front axle's place at a tick, that tick, and how far a step goes.
-    paths: Aligned,
+    paths: Aligned<f64>,
     /// Tire by tire, number by number, lane by lane.
-    tires: Aligned,
-    matrix: Aligned,
+    tires: Aligned<f64>,
+    matrix: Aligned<f64>,
     /// `w` and `u`, and room for `w'` and `y`.
-    now: Aligned,
-    next: Aligned,
+    now: Aligned<f64>,
+    next: Aligned<f64>,
     sums: Sums,
 }
 

@@ -1,6 +1,5 @@
 //! Pitch-plane vehicles from bodies, springs and tires, and their tire forces over a profile.
 
-mod aligned;
 pub mod blocks;
 pub mod contact;
 pub(crate) mod course;

@@ -2,9 +2,9 @@
 
 use pulp::Simd;
 
-use super::aligned::Aligned;
 use super::model::Tire;
 use super::run::Passage;
+use crate::aligned::Aligned;
 use crate::error::{Error, Result, check, check_count, diverged, reserve};
 
 /// What to keep of a run besides the statistics of every axle.
@@ -123,7 +123,7 @@ pub(super) struct Sums {
     lanes: usize,
     axles: usize,
     /// What the axles of a vehicle share, then axle by axle; number by number, lane by lane.
-    numbers: Aligned,
+    numbers: Aligned<f64>,
 }
 
 /// Numbers that the axles share: 1 where the vehicle counts now, else 0, and 0 there, else infinity;
