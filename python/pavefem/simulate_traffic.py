@@ -25,7 +25,7 @@ from pavefem.road import Road
 from pavefem.scheme import Scheme
 from pavefem.simulate import warn_of_long_steps
 from pavefem.traffic import Traffic
-from pavefem.traffic_result import TrafficResult, Work, stations_of
+from pavefem.traffic_result import TrafficResult, Work, counted, stations_of
 from pavefem.traffic_scenario import BINS, TrafficScenario
 from pavefem.traffic_store import TrafficStore
 
@@ -185,13 +185,15 @@ class TrafficRun:
         self._inputs = _digest(scenario, of_all_parts)
         self._begin, self._end = inputs["begin"], inputs["end"]
         self._columns = inputs["stations"].shape[0]
-        _check_size(scenario, self._end - self._begin, self._columns)
+        _check_size(scenario, inputs)
         self._history: list[NDArray[np.float64]] = []
         self._wall_time = 0.0
         self._store = None
         if store is not None:
             self._store = TrafficStore(Path(store), _digest(scenario, inputs, scenario.every))
         self._core = _core.Traffic(**inputs, threads=threads)
+        if not counted(self._core.nodes, scenario.stretch).any():
+            raise ValueError(f"part = {scenario.part} m: holds no node")
         if self._store is not None and (state := self._store.state) is not None:
             self._core.restore(state.core)
             self._wall_time = state.wall_time
@@ -462,13 +464,23 @@ def _stations(scenario: TrafficScenario) -> NDArray[np.float64]:
     return np.array(rows, dtype=np.float64).reshape(-1, 2)
 
 
-def _check_size(scenario: TrafficScenario, ticks: int, columns: int) -> None:
-    """Refuse histories that no memory holds."""
+def _check_size(scenario: TrafficScenario, inputs: Mapping[str, Any]) -> None:
+    """Refuse, before any work, what no memory holds."""
+    ticks, columns = inputs["end"] - inputs["begin"], len(inputs["stations"])
     size = 8.0 * ticks / scenario.every * columns
     if not size < MEMORY_LIMIT:
         raise ValueError(
             f"{ticks} steps of {columns} stations and lanes would keep {size / 2**30:.3g} GiB, "
             f"the limit is {MEMORY_LIMIT / 2**30:g}: use a larger every or fewer stations"
+        )
+    nodes = scenario.lanes.size * scenario.road.length / inputs["element_length"]
+    # Once as the core has it, and once as the dataset.
+    size = 2.0 * nodes * (8.0 * (6 + 3 * len(scenario.powers)) + 4.0 * (len(scenario.bins) + 1))
+    if not size < MEMORY_LIMIT:
+        raise ValueError(
+            f"{nodes:.4g} nodes in {scenario.lanes.size} lanes would keep {size / 2**30:.3g} GiB, "
+            f"the limit is {MEMORY_LIMIT / 2**30:g}: use longer elements, fewer powers or bins, or "
+            "a shorter road"
         )
 
 

@@ -57,7 +57,7 @@ _NODES: Final = {
 }
 """What there is of each node of each lane: its name in the core, and its attributes."""
 
-_OF_NODES: Final = {
+_OF_NODES: Final[Mapping[str, tuple[str, ...]]] = {
     "pass_peaks": ("lane", "x", "bin"),
     **dict.fromkeys(("deflection_sums", "strain_sums", "force_sums"), ("lane", "x", "power")),
 }
@@ -76,8 +76,11 @@ _PASSAGES: Final = {
 }
 """What there is of each passage, in the order of the core behind the number of instants."""
 
-STANDARD_FORCE: Final = 40e3
-"""Force of a wheel track of a standard axle of 80 kN, N."""
+_WHO: Final = ("vehicle", "vehicle_id", "passage_lane", "entry_speed_kmh", "lateral_offset")
+"""Who each passage is."""
+
+_ATTRIBUTES: Final = ("temperature_c", "road_length", "dt", "every", "scenario")
+"""What is said of a run beside its work."""
 
 
 class Work(NamedTuple):
@@ -134,11 +137,8 @@ class TrafficResult:
         work: Work,
     ) -> Self:
         """Make a result of what the core has."""
-        start, end = scenario.stretch
         length = scenario.road.length
-        counts = nodes >= start - 1e-9
-        if end < nodes[-1]:
-            counts &= nodes < end - 1e-9
+        counts = counted(nodes, scenario.stretch)
         variables: dict[str, Any] = {}
         for name, (key, attributes) in _NODES.items():
             # Who comes the other way counts nodes from the road's end.
@@ -523,15 +523,19 @@ def _of_passages(
     for name in ("place_of_force", "place_of_deflection"):
         table[name] = np.where(lane > 0, table[name], length - table[name])
     table["exit"][np.isinf(table["exit"])] = np.nan
+    who = (
+        names[traffic.vehicle],
+        np.asarray(traffic.vehicle_id).astype(str),
+        lane,
+        traffic.speed_kmh,
+        traffic.lateral_offset,
+    )
+    units: tuple[dict[str, str], ...] = ({}, {}, {}, {"units": "km/h"}, _METRES)
     found: dict[str, tuple[str, NDArray[Any], dict[str, Any]]] = {
-        "vehicle": ("passage", names[traffic.vehicle], {"long_name": "vehicle"}),
-        "vehicle_id": ("passage", np.asarray(traffic.vehicle_id).astype(str), {}),
-        "passage_lane": ("passage", lane, {}),
-        "entry_speed_kmh": ("passage", traffic.speed_kmh, {"units": "km/h"}),
-        "lateral_offset": ("passage", traffic.lateral_offset, _METRES),
+        name: ("passage", values, unit) for name, values, unit in zip(_WHO, who, units, strict=True)
     }
-    for name, (units, words) in _PASSAGES.items():
-        found[name] = ("passage", table[name], {"units": units, "long_name": words})
+    for name, (unit_of, words) in _PASSAGES.items():
+        found[name] = ("passage", table[name], {"units": unit_of, "long_name": words})
     return found | _courses(scenario, table["exit"])
 
 
@@ -560,6 +564,14 @@ def _courses(
             _METRES | {"long_name": "place of the front axle"},
         ),
     }
+
+
+def counted(nodes: NDArray[np.float64], stretch: tuple[float, float]) -> NDArray[np.bool_]:
+    """Which nodes count: those of a stretch, without its end unless that is the road's."""
+    start, end = stretch
+    ahead = nodes < (end - 1e-9 if end < nodes[-1] else math.inf)
+    counts: NDArray[np.bool_] = (nodes >= start - 1e-9) & ahead
+    return counts
 
 
 def stations_of(scenario: TrafficScenario) -> list[float]:
@@ -632,7 +644,43 @@ def read_traffic_result(path: Path) -> TrafficResult:
         dataset = xr.load_dataset(path, engine="h5netcdf")
     except (OSError, ValueError, LookupError, RuntimeError, AttributeError) as error:
         raise FormatError(f"not a sound netCDF file: {error}", path=path) from None
-    if dataset.attrs.get("title") != _TITLE:
-        raise FormatError("not a result of traffic", path=path)
-    ...
+    try:
+        _check(dataset)
+    except ValueError as error:
+        raise FormatError(f"not a pavefem result of traffic: {error}", path=path) from None
     return TrafficResult(dataset)
+
+
+def is_of_traffic(path: Path) -> bool:
+    """Whether there is a file of a result of traffic."""
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+            return bool(dataset.attrs.get("title") == _TITLE)
+    except (OSError, ValueError, LookupError, RuntimeError, AttributeError):
+        return False
+
+
+def _check(dataset: xr.Dataset) -> None:
+    """Find what a file of another origin lacks or holds in another shape."""
+    if dataset.attrs.get("title") != _TITLE:
+        raise ValueError(f"its title is not {_TITLE!r}")
+    absent = [name for name in (*Work._fields, *_ATTRIBUTES) if name not in dataset.attrs]
+    if absent:
+        raise ValueError(f"it has no attribute {absent[0]}")
+    needed: dict[str, tuple[str, ...]] = {
+        name: _OF_NODES.get(name, ("lane", "x")) for name in _NODES
+    }
+    needed |= {name: (name,) for name in ("lane", "x", "power")}
+    needed |= dict.fromkeys(("bin_start", "bin_end"), ("bin",))
+    needed |= dict.fromkeys((*_WHO, *_PASSAGES), ("passage",))
+    needed |= dict.fromkeys(("course_passage", "course_time", "course_x"), ("course",))
+    for name, dims in needed.items():
+        if name not in dataset.variables:
+            raise ValueError(f"it has no {name}")
+        if dataset[name].dims != dims:
+            raise ValueError(f"{name} is of {dataset[name].dims}, expected {dims}")
+        if dataset[name].size == 0:
+            raise ValueError(f"{name} is empty")
+    for name in _NODES:
+        if name != "time_of_lowest" and not np.isfinite(dataset[name]).all():
+            raise ValueError(f"{name} is not finite")
