@@ -40,7 +40,17 @@ from pavefem.road import Road, Section
 from pavefem.scenario import Scenario
 from pavefem.scheme import Scheme
 from pavefem.simulate import run, simulate
-from pavefem.studies import Calibration, DeflectionHistory, ForceDeflection, calibrate, sweep
+from pavefem.simulate_traffic import run_traffic, simulate_traffic
+from pavefem.studies import (
+    Calibration,
+    DeflectionHistory,
+    ForceDeflection,
+    calibrate,
+    simulate_traffic_in_parts,
+    sweep,
+)
+from pavefem.traffic_result import TrafficResult, load_traffic_result
+from pavefem.traffic_scenario import TrafficScenario
 from pavefem.transition import transition
 from pavefem.units import AxleGroup, Suspension, Tires, Unit
 from pavefem.vehicle import Body, Friction, Spring, Tire, Vehicle
@@ -74,6 +84,8 @@ __all__ = [
     "Tire",
     "TireForces",
     "Tires",
+    "TrafficResult",
+    "TrafficScenario",
     "Unit",
     "ValidityWarning",
     "Vehicle",
@@ -81,11 +93,15 @@ __all__ = [
     "calibrate",
     "fleet_forces",
     "load_result",
+    "load_traffic_result",
     "metrics",
     "read_profile",
     "roughness",
     "run",
+    "run_traffic",
     "simulate",
+    "simulate_traffic",
+    "simulate_traffic_in_parts",
     "studies",
     "sweep",
     "tire_forces",

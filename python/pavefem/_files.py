@@ -1,10 +1,10 @@
-"""Files that are there as a whole or not at all."""
+"""Files that are there as a whole or not at all, and what is told of those of a run."""
 
 from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -37,3 +37,23 @@ def check_writable(folder: Path) -> None:
             pass
     except OSError as error:
         raise OSError(f"cannot write to the folder {folder}: {error.strerror or error}") from None
+
+
+@contextmanager
+def telling_what_is_kept(path: Path | None, so_far: Callable[[], str]) -> Iterator[None]:
+    """Say of what ends a run early how far it is in its store, if it has one."""
+
+    def kept() -> str:
+        return f"{path} holds {so_far()}, and the same call goes on there"
+
+    try:
+        yield
+    except OSError as error:
+        if path is None:
+            raise
+        told = error.strerror or str(error)
+        raise OSError(error.errno, f"{told}; {kept()}", error.filename or path) from error
+    except KeyboardInterrupt as error:
+        if path is not None:
+            error.add_note(kept())
+        raise

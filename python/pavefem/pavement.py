@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from functools import cached_property
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self, overload
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
 from pavefem._model import Model, NotNegative, Number, Positive, VoidsPercent
@@ -99,21 +100,50 @@ class Pavement(Model):
         mix = self.asphalt.model_copy(update={"vma": self.reference_vma})
         return float(mix.modulus(self.reference_temperature_c, self.reference_speed_kmh))
 
-    def bar_stiffness(self, modulus: float) -> float:
-        """Spring constant of a bar (eq. 6), N/m, at an asphalt modulus in Pa, above 0."""
-        if not (math.isfinite(modulus) and modulus > 0.0):
-            raise ValueError(f"modulus = {modulus!r} Pa: must be finite and above 0")
-        asphalt = self.asphalt_bar_stiffness * modulus / self.reference_modulus
-        return 1.0 / (1.0 / self.subbase_stiffness + 1.0 / asphalt)
+    @overload
+    def bar_stiffness(self, modulus: float) -> np.float64: ...
+    @overload
+    def bar_stiffness(self, modulus: NDArray[np.float64]) -> NDArray[np.float64]: ...
+    def bar_stiffness(
+        self, modulus: float | NDArray[np.float64]
+    ) -> np.float64 | NDArray[np.float64]:
+        """Spring constant of a bar (eq. 6), N/m, at asphalt moduli in Pa, above 0."""
+        given = np.asarray(modulus, dtype=np.float64)
+        wrong = ~(np.isfinite(given) & (given > 0.0))
+        if wrong.any():
+            raise ValueError(f"modulus = {given[wrong].flat[0]} Pa: must be finite and above 0")
+        asphalt = self.asphalt_bar_stiffness * given / self.reference_modulus
+        stiffness: NDArray[np.float64] = 1.0 / (1.0 / self.subbase_stiffness + 1.0 / asphalt)
+        return stiffness[()]
 
     def constants(self, temperature_c: float, speed_kmh: float) -> Constants:
         """Constants per metre at a temperature, °C, under a vehicle at a speed, km/h."""
-        modulus = float(self.asphalt.modulus(temperature_c, speed_kmh))
-        return Constants(
-            bending_stiffness=modulus * self.moment_of_inertia,
-            bending_damping=self.beam_damping * self.spacing**3,
-            mass=self.element_mass / self.spacing,
-            bed_stiffness=self.bar_stiffness(modulus) / self.spacing,
-            bed_damping=self.bar_damping / self.spacing,
-            bed_mass=self.bar_mass / 3.0 / self.spacing,
+        [row] = self.constants_at(temperature_c, [speed_kmh])
+        return Constants(*row.tolist())
+
+    def constants_at(self, temperature_c: float, speed_kmh: ArrayLike) -> NDArray[np.float64]:
+        """Constants per metre under vehicles at many speeds.
+
+        Parameters
+        ----------
+        temperature_c : float
+            Asphalt temperature, °C.
+        speed_kmh : array_like, shape (speeds,)
+            Vehicle speeds, km/h.
+
+        Returns
+        -------
+        ndarray, shape (speeds, 6)
+            The fields of `Constants`.
+        """
+        modulus = np.asarray(self.asphalt.modulus(temperature_c, speed_kmh))
+        # In the order of `Constants`.
+        columns = (
+            modulus * self.moment_of_inertia,
+            self.beam_damping * self.spacing**3,
+            self.element_mass / self.spacing,
+            self.bar_stiffness(modulus) / self.spacing,
+            self.bar_damping / self.spacing,
+            self.bar_mass / 3.0 / self.spacing,
         )
+        return np.stack(np.broadcast_arrays(*columns), axis=-1)

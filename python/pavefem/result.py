@@ -366,6 +366,8 @@ def load_result(path: str | os.PathLike[str]) -> Result:
     except (OSError, ValueError, LookupError, RuntimeError, AttributeError) as error:
         raise FormatError(f"not a sound netCDF file: {error}", path=path) from None
     try:
+        if "traffic" in str(dataset.attrs.get("title")):
+            raise ValueError("it is one of traffic, which load_traffic_result reads")
         for name, size in dataset.sizes.items():
             if size == 0:
                 raise ValueError(f"{name} is empty")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Final, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
 from pavefem import _core
@@ -139,11 +139,20 @@ class Road(Model):
         ndarray, shape (sections, 7)
             Length, m, then the fields of `pavefem.pavement.Constants`.
         """
-        rows = [
-            (section.length, *section.pavement.constants(temperature_c, speed_kmh))
-            for section in self.sections
-        ]
-        return np.array(rows)
+        lengths = [section.length for section in self.sections]
+        return np.column_stack([lengths, self.constants_at(temperature_c, [speed_kmh])[0]])
+
+    def constants_at(self, temperature_c: float, speed_kmh: ArrayLike) -> NDArray[np.float64]:
+        """Constants of the sections under vehicles at many speeds, shape (speeds, sections, 6).
+
+        See `Pavement.constants_at`.
+        """
+        # Sections of one structure are alike.
+        found = {
+            pavement: pavement.constants_at(temperature_c, speed_kmh)
+            for pavement in {section.pavement for section in self.sections}
+        }
+        return np.stack([found[section.pavement] for section in self.sections], axis=1)
 
     def element_length(
         self, temperature_c: float, speed_kmh: float, *, table: NDArray[np.float64] | None = None

@@ -25,6 +25,42 @@ GENERATORS: Final[Mapping[str, Callable[..., Profile]]] = {
 """Profiles that a scenario file can have made."""
 
 
+def profile_from_table(value: Any, info: ValidationInfo) -> Any:
+    """Read or make the profile that a table of a file names; leave others to the model."""
+    if not isinstance(value, Mapping):
+        return value
+    options = dict(value)
+    if "file" in options:
+        try:
+            return read_profile(beside(info) / options.pop("file"), **options)
+        except (OSError, TypeError) as error:
+            raise ValueError(str(error)) from None
+    return make("make", GENERATORS, options)
+
+
+def in_short(profile: Profile | None) -> dict[str, Any] | None:
+    """Say in a few words which profile it is."""
+    if profile is None:
+        return None
+    return {"name": profile.name, "samples": profile.x.size, "length": profile.length}
+
+
+def beside(info: ValidationInfo) -> Path:
+    """Folder from which the names of files in a scenario file count."""
+    folder: Path = (info.context or {}).get("folder", Path())
+    return folder
+
+
+def scheme_from_table(value: Any) -> Any:
+    """Build the scheme that a name stands for, or a table with a preset."""
+    if isinstance(value, str):
+        return Scheme.named(value)
+    if isinstance(value, Mapping) and "preset" in value:
+        changes = dict(value)
+        return Scheme.model_validate(Scheme.named(changes.pop("preset")).model_dump() | changes)
+    return value
+
+
 class Scenario(Model):
     """One vehicle on one road over one profile: all inputs of a run, checked together.
 
@@ -90,29 +126,8 @@ class Scenario(Model):
         with told_of(path, "scenario"):
             return cls.model_validate(data, context={"folder": Path(path).parent})
 
-    @field_validator("profile", mode="before")
-    @classmethod
-    def _profile_from_table(cls, value: Any, info: ValidationInfo) -> Any:
-        if not isinstance(value, Mapping):
-            return value
-        options = dict(value)
-        if "file" in options:
-            folder = (info.context or {}).get("folder", Path())
-            try:
-                return read_profile(folder / options.pop("file"), **options)
-            except (OSError, TypeError) as error:
-                raise ValueError(str(error)) from None
-        return make("make", GENERATORS, options)
-
-    @field_validator("scheme", mode="before")
-    @classmethod
-    def _scheme_from_name(cls, value: Any) -> Any:
-        if isinstance(value, str):
-            return Scheme.named(value)
-        if isinstance(value, Mapping) and "preset" in value:
-            changes = dict(value)
-            return Scheme.model_validate(Scheme.named(changes.pop("preset")).model_dump() | changes)
-        return value
+    _profile = field_validator("profile", mode="before")(profile_from_table)
+    _scheme = field_validator("scheme", mode="before")(scheme_from_table)
 
     @model_validator(mode="after")
     def _couples(self) -> Self:
@@ -151,6 +166,4 @@ class Scenario(Model):
 
     @field_serializer("profile")
     def _profile_in_short(self, profile: Profile | None) -> dict[str, Any] | None:
-        if profile is None:
-            return None
-        return {"name": profile.name, "samples": profile.x.size, "length": profile.length}
+        return in_short(profile)

@@ -335,16 +335,21 @@ def _mesh(scenario: Scenario) -> _Mesh:
     place = (scenario.temperature_c, scenario.speed_kmh)
     table = road.table(*place)
     element_length = scheme.element_length or road.element_length(*place, table=table)
-    step = float(kmh(scenario.speed_kmh)) * scheme.dt
+    warn_of_long_steps(float(kmh(scenario.speed_kmh)), scheme.dt, element_length, stacklevel=5)
+    return _Mesh(table, element_length, scheme.foundation, road.ends)
+
+
+def warn_of_long_steps(speed: float, dt: float, element_length: float, stacklevel: int) -> None:
+    """Warn if an axle at a speed, m/s, goes over a whole element in a step."""
+    step = speed * dt
     if step > element_length:
         warnings.warn(
-            f"an axle goes {step:.3g} m in a step of dt = {scheme.dt:g} s, more than an element of "
+            f"an axle goes {step:.3g} m in a step of dt = {dt:g} s, more than an element of "
             f"{element_length:.3g} m: nodes in between may miss it, use a dt of at most "
-            f"{scheme.dt * element_length / step:.2g} s",
+            f"{dt * element_length / step:.2g} s",
             ValidityWarning,
-            stacklevel=5,
+            stacklevel=stacklevel + 1,
         )
-    return _Mesh(table, element_length, scheme.foundation, road.ends)
 
 
 def _check_size(scenario: Scenario, mesh: _Mesh, kept: _Kept) -> None:

@@ -52,7 +52,7 @@ _EXTREMES: Final[Mapping[str, int | slice]] = {
 _OF_ALL: Final = ("max_deflection", "lift_off")
 """Attributes that are not known before the end of the run."""
 
-_DAMAGED: Final = (
+DAMAGED: Final = (
     OSError,
     ValueError,
     LookupError,
@@ -169,7 +169,7 @@ class _Histories(Mapping[Quantity, NDArray[np.float64]]):
 
 def _read(path: Path, values: xr.DataArray) -> NDArray[np.float64]:
     """Read what a store has of a history; a FormatError if it is damaged."""
-    with _reading(path):
+    with reading(path):
         found = values.to_numpy()
         if not np.isfinite(found).all():
             raise ValueError(f"{values.name} is not finite")
@@ -229,7 +229,7 @@ class State:
 
     @classmethod
     def from_file(cls, path: Path) -> Self:
-        """Read it; one of `_DAMAGED` if it is not as it was written."""
+        """Read it; one of `DAMAGED` if it is not as it was written."""
         with np.load(path, allow_pickle=False) as found:
             numbers = dict(found)
         blocks, now, before, deepest = numbers["head"].tolist()
@@ -263,7 +263,7 @@ class Store:
     def __init__(self, path: Path, plan: Plan, template: Result) -> None:
         if not path.exists():
             _create(path, plan, template.dataset)
-        with _reading(path):
+        with reading(path):
             self._group = _zarr().open_group(path, mode="r+")
             self._arrays = dict(self._group.arrays())
             found = _open(path)
@@ -330,7 +330,7 @@ def is_store(path: Path) -> bool:
 
 def open_result(path: Path) -> StoredResult:
     """Open the store of a run; see `pavefem.load_result`."""
-    with _reading(path):
+    with reading(path):
         dataset = _open(path)
         if _is_finished(dataset):
             return StoredResult(path, dataset)
@@ -364,12 +364,12 @@ def _last_state(path: Path, dataset: xr.Dataset, plan: Plan) -> State | None:
     """Find the last state that is sound, as its block is."""
     states = []
     for file in (path / _STATES).glob("*.npz"):
-        with suppress(*_DAMAGED):
+        with suppress(*DAMAGED):
             states.append(State.from_file(file))
     for state in sorted(states, key=lambda state: state.blocks, reverse=True):
         rows = slice(plan.rows(state.blocks - 1), plan.rows(state.blocks))
         block = dataset.isel(time=rows, x=slice(*reversed(state.nodes)))
-        with suppress(*_DAMAGED):
+        with suppress(*DAMAGED):
             names = [*_histories(block), *_EXTREMES]
             if all(np.isfinite(block[name]).all() for name in names):
                 return state
@@ -454,12 +454,12 @@ def _is_finished(dataset: xr.Dataset) -> bool:
 
 
 @contextmanager
-def _reading(path: Path) -> Iterator[None]:
+def reading(path: Path, what: str = "a sound store of a run") -> Iterator[None]:
     """Say which store is damaged."""
     try:
         yield
-    except _DAMAGED as error:
-        raise FormatError(f"not a sound store of a run: {error}", path=path) from None
+    except DAMAGED as error:
+        raise FormatError(f"not {what}: {error}", path=path) from None
 
 
 def _zarr() -> ModuleType:

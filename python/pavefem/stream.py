@@ -8,8 +8,7 @@ without a break; where a store is taken up again, its forces are computed anew: 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pavefem import _core
+from pavefem._files import telling_what_is_kept
 from pavefem._progress import progress_bar
 from pavefem.forces import MEMORY_LIMIT, Progress, TireForces, forces_in_blocks
 from pavefem.result import Result
@@ -93,7 +93,11 @@ def stream(
     plan = Plan(digest, run.steps + 1, block, every, run.dt)
     store = Store(path, plan, _template(scenario, answer, x, columns))
     if not store.finished:
-        with _telling_what_is_kept(store), progress_bar(progress, "run") as report:
+
+        def so_far() -> str:
+            return store.plan.so_far(store.blocks)
+
+        with telling_what_is_kept(path, so_far), progress_bar(progress, "run") as report:
             # The store has the profile; the answers of its blocks go without.
             bare = scenario.model_copy(update={"profile": None, "run_in": 0.0})
             ahead = np.empty((2, 0, len(scenario.vehicle.tires)))
@@ -173,21 +177,3 @@ class _Work:
             plan = self.store.plan
             within = plan.block * done // max(1, total)
             self.report(min(self.begun + within, plan.instants), plan.instants)
-
-
-@contextmanager
-def _telling_what_is_kept(store: Store) -> Iterator[None]:
-    """Say of what ends a run early how far it is in the store."""
-
-    def kept() -> str:
-        so_far = store.plan.so_far(store.blocks)
-        return f"{store.path} holds {so_far}, and the same call goes on there"
-
-    try:
-        yield
-    except OSError as error:
-        told = error.strerror or str(error)
-        raise OSError(error.errno, f"{told}; {kept()}", error.filename or store.path) from error
-    except KeyboardInterrupt as error:
-        error.add_note(kept())
-        raise

@@ -1,4 +1,4 @@
-"""The command line: ``pavefem run``, ``pavefem iri``, ``pavefem info`` and ``pavefem paper``."""
+"""The command line: ``pavefem run``, ``traffic``, ``iri``, ``info`` and ``paper``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import pavefem
-from pavefem.cli import info, iri, paper, run
+from pavefem.cli import info, iri, paper, run, traffic
 from pavefem.cli.terminal import console
 
 app = typer.Typer(
@@ -22,6 +22,7 @@ positive in files, and printed in mm.""",
     pretty_exceptions_enable=False,
 )
 app.command("run")(run.run)
+app.command("traffic")(traffic.traffic)
 app.command("iri")(iri.iri)
 app.command("info")(info.info)
 app.command("paper")(paper.paper)

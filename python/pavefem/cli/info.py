@@ -17,6 +17,9 @@ from pavefem.profile import Profile
 from pavefem.result import load_result
 from pavefem.scenario import Scenario
 from pavefem.store import is_store
+from pavefem.traffic_result import is_of_traffic, load_traffic_result
+from pavefem.traffic_scenario import TrafficScenario
+from pavefem.traffic_store import is_traffic_store
 from pavefem.vehicle import Vehicle
 
 OTHERS: Final = "vehicles and scenarios (.toml) and results (.nc, .zarr)"
@@ -54,11 +57,16 @@ def info(
 def _summary(path: Path, reader: dict[str, Any]) -> tuple[str, Path, dict[str, str]]:
     """Return what kind of file it is, and its figures."""
     suffix = path.suffix.lower()
+    if is_traffic_store(path) or is_of_traffic(path):
+        return "result of traffic", path, load_traffic_result(path).summary()
     if suffix == ".nc" or is_store(path):
         return "result", path, load_result(path).summary()
     if suffix == ".toml":
-        if vehicles.TABLE_KEYS & read_toml(path).keys():
+        keys = read_toml(path).keys()
+        if vehicles.TABLE_KEYS & keys:
             return "vehicle", path, _of_vehicle(Vehicle.from_toml(path))
+        if "traffic" in keys:
+            return "scenario of traffic", path, _of_traffic(TrafficScenario.from_toml(path))
         return "scenario", path, _of_scenario(Scenario.from_toml(path))
     try:
         profile = read(path, reader)
@@ -126,4 +134,15 @@ def _of_scenario(scenario: Scenario) -> dict[str, str]:
         ),
         "scheme": f"{scenario.scheme}",
         **_of_axles(scenario.vehicle),
+    }
+
+
+def _of_traffic(scenario: TrafficScenario) -> dict[str, str]:
+    profiles = {profile.name for profile in scenario.profiles if profile is not None}
+    return {
+        "temperature": f"{scenario.temperature_c:g} °C",
+        "road": f"{scenario.road.length:g} m",
+        "profiles": ", ".join(sorted(profiles)) or "none: a smooth road",
+        "scheme": f"{scenario.scheme}",
+        **scenario.traffic.summary(),
     }

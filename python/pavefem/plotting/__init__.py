@@ -15,6 +15,7 @@ from pavefem.plotting.result import (
     plot_result,
 )
 from pavefem.plotting.sensitivity import plot_morris, plot_sobol, plot_tornado
+from pavefem.plotting.traffic import plot_time_distance, plot_traffic_map
 from pavefem.plotting.vehicle import plot_vehicle
 
 __all__ = [
@@ -33,6 +34,8 @@ __all__ = [
     "plot_result",
     "plot_sobol",
     "plot_spatial_repeatability",
+    "plot_time_distance",
     "plot_tornado",
+    "plot_traffic_map",
     "plot_vehicle",
 ]

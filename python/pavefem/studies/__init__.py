@@ -8,6 +8,7 @@ from pavefem.studies.measurements import DeflectionHistory, ForceDeflection
 from pavefem.studies.paper import Reproduction, paper_sensitivity, reproduce_paper
 from pavefem.studies.sensitivity import morris, sobol, tornado
 from pavefem.studies.sweep import sweep
+from pavefem.studies.traffic import simulate_traffic_in_parts
 
 __all__ = [
     "Answers",
@@ -20,6 +21,7 @@ __all__ = [
     "morris",
     "paper_sensitivity",
     "reproduce_paper",
+    "simulate_traffic_in_parts",
     "sobol",
     "sweep",
     "tornado",

@@ -23,13 +23,12 @@ from concurrent.futures import (
 )
 from dataclasses import dataclass
 from threading import Event
-from typing import Any, Final, NamedTuple, Self
+from typing import Any, Final, NamedTuple, Protocol, Self
 
 from pavefem._model import whole_number
 from pavefem.cache import Recent
 from pavefem.errors import SweepError
 from pavefem.forces import Progress
-from pavefem.studies.points import Outcome, Plan, Row
 
 BATCH: Final = 1.0
 """What a batch should take, s."""
@@ -41,11 +40,21 @@ CAPACITY_AGE: Final = 2.0
 Points = Sequence[int]
 """Points by their numbers."""
 
+Row = tuple[Any, ...]
+"""What a point differs in from others."""
+
+
+class Plan(Protocol):
+    """What all points have in common, and how one is evaluated."""
+
+    def evaluate(self, row: Row, watch: Progress | None = None, /) -> Any:
+        """Return what becomes of a point; `watch` may raise to stop."""
+
 
 class Batch(NamedTuple):
     """What became of some points."""
 
-    outcomes: list[Outcome]
+    outcomes: list[Any]
     """One for each of them, in the order in which they were handed over."""
     seconds: float
     """How long it took."""
@@ -110,7 +119,7 @@ def pool_for(executor: Any, plan: Plan, workers: int | None = None) -> Pool:
 
 def dispatch(
     pool: Pool, rows: Sequence[Row], points: Points
-) -> Generator[dict[int, Outcome], None, None]:
+) -> Generator[dict[int, Any], None, None]:
     """Have points evaluated, and yield them as they are done, a batch at a time.
 
     Raises
@@ -243,7 +252,7 @@ class Parcel:
             return cls(pickle.dumps(plan))
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise ValueError(
-                f"the sweep cannot be sent to other processes: {error}. Functions must be those "
+                f"this cannot be sent to other processes: {error}. Functions must be those "
                 "of a module that these can import"
             ) from None
 
@@ -291,7 +300,7 @@ class Cluster(Pool):
 
     def __init__(self, plan: Plan, client: Any, workers: int | None) -> None:
         if client.asynchronous:
-            raise ValueError("the Client is asynchronous: a sweep needs one that waits")
+            raise ValueError("the Client is asynchronous: must be one that waits")
         super().__init__(workers or 0)
         self._client = client
         self._executor = client.get_executor(pure=False, retries=2)
