@@ -14,10 +14,9 @@
 //! one row of blocks a node, each coupled to its neighbours only: they are factored once for a
 //! window's content, as `L D L'`, and a stage is one walk down the window and one back.
 //!
-//! Where a road is uniform, all rows are equal, and so are the factors from some nodes on. A window there
-//! takes the factors of a road that has been so for ever: one row, in each lane its own, serves all
-//! nodes, and lanes of different sections and stiffness cost nothing. What a step reads and writes then
-//! stays in the first-level cache.
+//! Where a road is uniform, all rows are equal, and so are the factors from some node on. One row, in each
+//! lane its own, then serves all nodes, and lanes of different sections and stiffness cost nothing: what a
+//! step reads and writes stays in the first-level cache, or nearly so.
 
 mod number;
 mod rows;
@@ -30,7 +29,7 @@ use pulp::Simd;
 pub(crate) use number::Number;
 pub(crate) use step::Notes;
 
-use self::rows::{EVEN, Even, Laned, ROWS, Rows, Shared, even, factored, shortened};
+use self::rows::{EVEN, Even, FACTORS, Laned, ROWS, Rows, Shared, even, factored, lengthened};
 use self::step::{Noting, step};
 use crate::aligned::Aligned;
 use crate::pavement::Mesh;
@@ -96,9 +95,11 @@ pub(super) struct Windows<R> {
     notes: Notes,
     /// What each lane holds.
     contents: Vec<Option<Content>>,
-    /// The rows of uniform lanes, for all their nodes; and of all lanes, node by node, with those that
-    /// are not up to date.
+    /// The rows of uniform lanes, for all their nodes, the factors of each, and how many of these
+    /// differ; and the rows of all lanes, node by node, with those that are not up to date.
     even: Aligned<R>,
+    factors: Aligned<R>,
+    differing: Vec<usize>,
     laned: Aligned<R>,
     stale: Vec<bool>,
     /// One copy of the rows, where all lanes hold the same that is not uniform.
@@ -125,6 +126,8 @@ impl<R: Number> Windows<R> {
             notes,
             contents: vec![None; lanes],
             even: Aligned::zeros(EVEN * lanes),
+            factors: Aligned::zeros((nodes + 2) * FACTORS * lanes),
+            differing: vec![1; lanes],
             laned: Aligned::zeros(0),
             stale: vec![true; lanes],
             shared: None,
@@ -149,14 +152,20 @@ impl<R: Number> Windows<R> {
         self.contents[lane] = Some(content);
         self.shared = None;
         self.stale[lane] = true;
-        if uniform && let Some(row) = even(mesh, first, self.h) {
-            for (number, value) in shortened(&row).into_iter().enumerate() {
+        if uniform {
+            let (row, factors) = even(mesh, first, self.nodes, self.h);
+            for (number, value) in row.into_iter().enumerate() {
                 self.even[number * self.lanes + lane] = R::of(value);
             }
+            for node in 0..self.nodes + 2 {
+                let values = factors[node.min(factors.len() - 1)];
+                for (number, value) in values.into_iter().enumerate() {
+                    self.factors[(node * FACTORS + number) * self.lanes + lane] = R::of(value);
+                }
+            }
+            self.differing[lane] = factors.len();
             return;
         }
-        // Factors that do not settle are no more than those of its nodes.
-        self.contents[lane] = Some(Content::From(first));
         let rows = factored(mesh, first, self.nodes, self.h);
         self.write(lane, |node| rows[node]);
         // A lane without content is at rest, whatever it reads; those of a crowd have stiffnesses of
@@ -341,8 +350,11 @@ impl<R: Number> Windows<R> {
     pub(super) fn step<S: Simd>(&mut self, simd: S) {
         let uniform = |content: &Content| matches!(content, Content::Uniform(_));
         if self.contents.iter().flatten().all(uniform) {
-            let even = R::vectors::<S>(&self.even).as_chunks::<EVEN>().0;
-            let rows = Even::<S, R>(&even[0]);
+            let row = &R::vectors::<S>(&self.even).as_chunks::<EVEN>().0[0];
+            let factors = R::vectors::<S>(&self.factors).as_chunks::<FACTORS>().0;
+            let differing = self.differing.iter().copied().max().unwrap_or(1);
+            let factors = &factors[..differing.min(self.nodes + 2)];
+            let rows = Even::<S, R> { row, factors };
             stepped(
                 simd,
                 self.h,
@@ -380,10 +392,12 @@ impl<R: Number> Windows<R> {
     fn freshen(&mut self) {
         for lane in 0..self.lanes {
             if self.stale[lane] && self.contents[lane].is_some() {
-                let column = self.even.iter().skip(lane).step_by(self.lanes);
-                let short: Vec<f64> = column.map(|number| number.double()).collect();
-                let row = rows::lengthened(&short);
-                self.write(lane, |_| row);
+                let column = |numbers: &[R]| -> Vec<f64> {
+                    let numbers = numbers.iter().skip(lane).step_by(self.lanes);
+                    numbers.map(|number| number.double()).collect()
+                };
+                let (short, factors) = (column(&self.even), column(&self.factors));
+                self.write(lane, |node| lengthened(&short, &factors[node * FACTORS..][..FACTORS]));
             }
         }
     }

@@ -25,12 +25,14 @@ pub(super) enum Matrix {
     Later,
 }
 
+/// Numbers of the factors of a node.
+pub(super) const FACTORS: usize = ROW;
+
 /// On a uniform road a row is its own mirror image: of each matrix only `(w, w)`, `(theta, theta)`,
-/// and to the right `(w, w)`, `(w, theta)` and `(theta, theta)`; then the factors; then what two
-/// differences are worth in the curvature.
+/// and to the right `(w, w)`, `(w, theta)` and `(theta, theta)`; then what two differences are worth in
+/// the curvature.
 const MIRRORED: usize = 5;
-const EVEN_FACTOR: usize = 3 * MIRRORED;
-const EVEN_CURVATURE: usize = EVEN_FACTOR + ROW;
+const EVEN_CURVATURE: usize = 3 * MIRRORED;
 pub(super) const EVEN: usize = EVEN_CURVATURE + 2;
 
 /// Block rows as a step reads them.
@@ -53,9 +55,11 @@ pub(super) trait Rows<S: Simd, R: Number>: Copy {
     -> R::Vector<S>;
 }
 
-/// One row for all nodes, in each lane its own.
-#[derive(Debug)]
-pub(super) struct Even<'a, S: Simd, R: Number>(pub(super) &'a [R::Vector<S>; EVEN]);
+/// One row for all nodes, in each lane its own; and the factors, which change no more from some node on.
+pub(super) struct Even<'a, S: Simd, R: Number> {
+    pub(super) row: &'a [R::Vector<S>; EVEN],
+    pub(super) factors: &'a [[R::Vector<S>; FACTORS]],
+}
 
 impl<S: Simd, R: Number> Clone for Even<'_, S, R> {
     fn clone(&self) -> Self {
@@ -76,7 +80,7 @@ impl<S: Simd, R: Number> Rows<S, R> for Even<'_, S, R> {
         x: usize,
         i: usize,
     ) -> [R::Vector<S>; 2] {
-        let a = |number: usize| self.0[matrix as usize * MIRRORED + number];
+        let a = |number: usize| self.row[matrix as usize * MIRRORED + number];
         let (left, here, right) =
             (pair(&nodes[i - 1], x), pair(&nodes[i], x), pair(&nodes[i + 1], x));
         let sums = [0, 1].map(|k| R::add(simd, left[k], right[k]));
@@ -90,8 +94,8 @@ impl<S: Simd, R: Number> Rows<S, R> for Even<'_, S, R> {
     }
 
     #[inline(always)]
-    fn factor(self, _: S, _: usize, number: usize) -> R::Vector<S> {
-        self.0[EVEN_FACTOR + number]
+    fn factor(self, _: S, i: usize, number: usize) -> R::Vector<S> {
+        self.factors[i.min(self.factors.len() - 1)][number]
     }
 
     #[inline(always)]
@@ -107,8 +111,8 @@ impl<S: Simd, R: Number> Rows<S, R> for Even<'_, S, R> {
         let sum = R::add(simd, left[0], right[0]);
         let bend = R::sub(simd, sum, R::add(simd, here[0], here[0]));
         let turn = R::sub(simd, right[1], left[1]);
-        let turn = R::mul(simd, self.0[EVEN_CURVATURE + 1], turn);
-        R::mul_add(simd, self.0[EVEN_CURVATURE], bend, turn)
+        let turn = R::mul(simd, self.row[EVEN_CURVATURE + 1], turn);
+        R::mul_add(simd, self.row[EVEN_CURVATURE], bend, turn)
     }
 }
 
@@ -242,51 +246,53 @@ pub(super) fn factored(mesh: &Mesh, first: usize, nodes: usize, h: f64) -> Vec<[
     rows
 }
 
-/// The row of a road that is uniform for ever, factored from infinitely far behind, if rounding is
-/// reached.
-pub(super) fn even(mesh: &Mesh, element: usize, h: f64) -> Option<[f64; ROWS]> {
+/// The row of a node on a uniform road, in short, and the factors of the nodes of a window there, as far
+/// as they change; the first is of no node.
+pub(super) fn even(
+    mesh: &Mesh,
+    element: usize,
+    nodes: usize,
+    h: f64,
+) -> ([f64; EVEN], Vec<[f64; FACTORS]>) {
     let blocks = mesh.block_row_within(element);
     let mut factors = Factors::new();
-    for _ in 0..LONGEST {
-        let before = factors.inverse;
+    let mut found = vec![[0.0; FACTORS]];
+    let mut row = [0.0; ROWS];
+    for _ in 0..nodes {
         factors.next(&blocks, h, [false; 2]);
-        let change = (factors.inverse - before)
-            .component_div(&factors.inverse.map(|a| a.abs().max(f64::MIN_POSITIVE)));
-        if change.amax() < CONVERGED {
-            return Some(numbers(&blocks, &factors, even_curvature(mesh, element), h));
+        row = numbers(&blocks, &factors, even_curvature(mesh, element), h);
+        let mut now = [0.0; FACTORS];
+        now.copy_from_slice(&row[FACTOR..CURVATURE]);
+        let settled = found.last() == Some(&now);
+        found.push(now);
+        if settled {
+            break;
         }
     }
-    None
+    (shortened(&row), found)
 }
 
-/// Nodes after which factors that still change are given up.
-const LONGEST: usize = 4096;
-
-/// Change of factors from one node to the next, as a part of them, that is rounding.
-const CONVERGED: f64 = 1e-14;
-
 /// An even row in the short form of [`EVEN`].
-pub(super) fn shortened(row: &[f64; ROWS]) -> [f64; EVEN] {
+fn shortened(row: &[f64; ROWS]) -> [f64; EVEN] {
     let mut short = [0.0; EVEN];
     for matrix in 0..3 {
         let of = &row[matrix * ROW..(matrix + 1) * ROW];
         short[matrix * MIRRORED..][..MIRRORED]
             .copy_from_slice(&[of[0], of[2], of[3], of[4], of[6]]);
     }
-    short[EVEN_FACTOR..EVEN_CURVATURE].copy_from_slice(&row[FACTOR..CURVATURE]);
     short[EVEN_CURVATURE..].copy_from_slice(&[row[CURVATURE], row[CURVATURE + 5]]);
     short
 }
 
-/// The whole of a row in its short form, which has no node beyond it.
-pub(super) fn lengthened(short: &[f64]) -> [f64; ROWS] {
+/// The whole of a row in its short form, with its factors.
+pub(super) fn lengthened(short: &[f64], factors: &[f64]) -> [f64; ROWS] {
     let mut row = [0.0; ROWS];
     for matrix in 0..3 {
         let of = &short[matrix * MIRRORED..][..MIRRORED];
         let whole = [of[0], 0.0, of[1], of[2], of[3], -of[3], of[4]];
         row[matrix * ROW..][..ROW].copy_from_slice(&whole);
     }
-    row[FACTOR..CURVATURE].copy_from_slice(&short[EVEN_FACTOR..EVEN_CURVATURE]);
+    row[FACTOR..CURVATURE].copy_from_slice(factors);
     let [bend, turn] = [short[EVEN_CURVATURE], short[EVEN_CURVATURE + 1]];
     row[CURVATURE..].copy_from_slice(&[bend, -turn, -2.0 * bend, 0.0, bend, turn]);
     row
