@@ -44,7 +44,7 @@ class Traffic:
     lane : array_like of int
         Number of the lane, from 1.
     direction : array_like of int
-        1 along the road, -1 against it; all vehicles of a lane go one way.
+        1 along the road, -1 against it; each direction has lanes of its own.
     lateral_offset : array_like
         How far to the side of the wheel path a vehicle goes, m.
     vehicle_id : sequence, optional
@@ -135,12 +135,6 @@ class Traffic:
                 row = int(wrong.argmax())
                 value = getattr(self, name)[row]
                 raise ValueError(f"{name} = {value:g} of passage {row}: must be {allowed}")
-        for lane in np.unique(self.lane):
-            ways = np.unique(self.direction[self.lane == lane])
-            if ways.size > 1:
-                raise ValueError(
-                    f"lane {lane} has vehicles in both directions: must be one direction a lane"
-                )
 
     def __len__(self) -> int:
         return self.entry_time.size
