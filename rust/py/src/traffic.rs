@@ -149,15 +149,16 @@ impl Traffic {
         ticks: i64,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (history, columns) = detached(py, progress.as_ref(), |_| {
+        let (history, rows, columns) = detached(py, progress.as_ref(), |_| {
             let mut run = self.run();
-            let (mut history, end) = (Vec::new(), run.tick().saturating_add(ticks));
+            let begin = run.tick();
+            let (mut history, end) = (Vec::new(), begin.saturating_add(ticks));
             while run.tick() < end && !run.is_finished() {
                 history.extend(run.advance()?);
             }
-            Ok((history, run.outcome().stations.len()))
+            Ok((history, (run.tick() - begin) as usize, run.outcome().stations.len()))
         })?;
-        table(py, history, columns)
+        PyArray1::from_vec(py, history).reshape([rows, columns])
     }
 
     /// What all passes have come to, a dictionary for each lane.

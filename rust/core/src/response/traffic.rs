@@ -287,7 +287,8 @@ impl Traffic {
             begin - ROOM..begin + length + ROOM
         };
         let windows = (ticks.start..ticks.end).step_by(LOOK).chain([ticks.end]).map(at).collect();
-        Candidate { lane: passage.lane, windows, nodes: on.nodes }
+        let front = course.place(ticks.start);
+        Candidate { lane: passage.lane, front, windows, nodes: on.nodes }
     }
 
     /// Let go of passages of which nothing more comes.

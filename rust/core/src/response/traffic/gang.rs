@@ -31,6 +31,8 @@ pub(super) struct OnRoad {
     pub(super) axles: Vec<Axle>,
     /// Forces of the axles a tick ago and at the last tick, N.
     pub(super) forces: Vec<[f64; 2]>,
+    /// The first node that is not the follower's.
+    pub(super) given: usize,
     /// The tick from which on it loads the lane, and the last one at which a step under load ended.
     pub(super) start: i64,
     pub(super) loaded: i64,
@@ -96,6 +98,7 @@ impl OnRoad {
             motion: Vec::new(),
             axles: offsets.iter().enumerate().map(axle).collect(),
             forces: vehicle.static_loads().iter().map(|&load| [load; 2]).collect(),
+            given: first,
             start: tick,
             loaded: tick,
             late,
@@ -350,14 +353,18 @@ impl<'a> Walker<'a> {
                 let node = self.on.axles[last].left;
                 let passed = self.taken(&mut vectors[at], node);
                 self.hand_over(last, passed, events);
-                // From now on it is the follower's, who may not have seen it before.
-                follower.taken(&mut vectors[other], node);
+                // Who may not have seen it before.
                 if let (Some(here), Some(there)) = (self.inside(node), follower.inside(node)) {
                     let past = vectors[at].past(self.lane, here);
                     vectors[other].set_past(follower.lane, there, past);
                 }
             }
+            // What is left, by whatever way, is the follower's from now on.
+            for node in self.on.given..self.on.axles[last].left {
+                follower.taken(&mut vectors[other], node);
+            }
         }
+        self.on.given = self.on.axles[last].left;
     }
 
     /// What was noted of a node since this was last asked.

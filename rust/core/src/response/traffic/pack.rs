@@ -6,6 +6,8 @@ use std::ops::Range;
 #[derive(Debug, Clone)]
 pub(super) struct Candidate {
     pub(super) lane: usize,
+    /// Place of its front axle, m.
+    pub(super) front: f64,
     /// Where its window begins and ends at some instants, m, the first and the last tick included.
     pub(super) windows: Vec<Range<f64>>,
     /// Nodes of its window.
@@ -64,7 +66,7 @@ const LOOK_BACK: usize = 64;
 /// back of each lane.
 fn clusters(candidates: &[Candidate]) -> Vec<Vec<usize>> {
     let mut order: Vec<usize> = (0..candidates.len()).collect();
-    let front = |at: usize| candidates[at].windows.first().map_or(0.0, |window| window.end);
+    let front = |at: usize| candidates[at].front;
     order.sort_by(|&a, &b| {
         let lanes = candidates[a].lane.cmp(&candidates[b].lane);
         lanes.then(front(b).total_cmp(&front(a))).then(a.cmp(&b))

@@ -128,7 +128,7 @@ impl Words {
     }
 
     fn on_road(&mut self, on: &OnRoad) {
-        for count in [on.passage, on.first, on.nodes] {
+        for count in [on.passage, on.first, on.nodes, on.given] {
             self.count(count);
         }
         self.whole(on.start);
@@ -203,7 +203,8 @@ impl Reader<'_> {
     }
 
     fn on_road(&mut self) -> Option<OnRoad> {
-        let [passage, first, nodes] = [self.count()?, self.count()?, self.count()?];
+        let [passage, first, nodes, given] =
+            [self.count()?, self.count()?, self.count()?, self.count()?];
         let [start, loaded] = [self.word()? as i64, self.word()? as i64];
         let late = self.word()? == 1;
         let motion = self.numbers()?;
@@ -216,7 +217,19 @@ impl Reader<'_> {
         });
         let (axles, forces) = both.collect::<Option<Vec<_>>>()?.into_iter().unzip();
         let finished = false;
-        Some(OnRoad { passage, first, nodes, motion, axles, forces, start, loaded, late, finished })
+        Some(OnRoad {
+            passage,
+            first,
+            nodes,
+            motion,
+            axles,
+            forces,
+            given,
+            start,
+            loaded,
+            late,
+            finished,
+        })
     }
 
     fn ride(&mut self) -> Option<Ride> {
