@@ -72,7 +72,9 @@ def _one_after_the_other(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     if "deflection" in first:
         histories = [part["deflection"] for part in parts]
         whole = whole.drop_dims("time")
-        whole["deflection"] = xr.concat(histories, "time", coords="different", compat="equals")
+        whole["deflection"] = xr.concat(
+            histories, "time", coords="different", compat="equals", join="exact"
+        )
     return whole
 
 
@@ -80,17 +82,22 @@ def _end_to_end(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     """Lay stretches end to end."""
     along = {
         dim: xr.concat(
-            [part[[name for name in part.data_vars if dim in part[name].dims]] for part in parts],
+            [
+                part[[name for name in part.data_vars if dim in part[name].dims]]
+                for part in parts
+                if dim in part.dims
+            ],
             dim,
             data_vars="all",
             coords="different",
             compat="equals",
+            join="exact",
         )
         for dim in ("x", "station")
-        if dim in parts[0].dims
+        if any(dim in part.dims for part in parts)
     }
-    rest = _with_passages(parts[0], parts).drop_dims([*along])
-    return xr.merge([rest, *along.values()], compat="equals", join="exact")
+    first = parts[0].drop_dims([dim for dim in along if dim in parts[0].dims])
+    return xr.merge([_with_passages(first, parts), *along.values()], compat="equals", join="exact")
 
 
 def _with_passages(first: xr.Dataset, parts: Sequence[xr.Dataset]) -> xr.Dataset:

@@ -171,9 +171,8 @@ class TrafficResult:
             }
             | work.attributes,
         )
-        if scenario.stations:
-            places = np.array(stations_of(scenario), dtype=np.float64)
-            dataset = dataset.assign_coords(station=("station", places, _METRES))
+        if places := stations_of(scenario):
+            dataset = dataset.assign_coords(station=("station", np.array(places), _METRES))
         return cls(dataset)
 
     def with_history(self, blocks: Iterable[NDArray[np.float64]]) -> Self:
@@ -187,7 +186,7 @@ class TrafficResult:
         first = -(-round(attrs["begin"] / attrs["dt"]) // attrs["every"])
         time = attrs["dt"] * (attrs["every"] * np.arange(first, first + len(rows)))
         attributes = _METRES | {"long_name": "deflection", "positive": "up"}
-        values = rows.reshape(-1, *shape)
+        values = rows.reshape(len(rows), *shape)
         dataset = self.dataset.assign_coords(time=("time", time, {"units": "s"}))
         return type(self)(
             dataset.assign(deflection=(("time", "lane", "station"), values, attributes))
