@@ -20,6 +20,7 @@
 //! ([`response::window::Road`]), or by the whole [`pavement::Strip`] and its
 //! [`transition::Transition`] ([`response::dense::Stepper`]).
 
+mod aligned;
 pub mod analytical;
 pub mod asphalt;
 pub mod coupling;
@@ -28,5 +29,6 @@ pub mod linalg;
 pub mod pavement;
 pub mod response;
 pub mod roughness;
+mod threads;
 pub mod transition;
 pub mod vehicle;

@@ -9,6 +9,7 @@ mod convert;
 mod coupling;
 mod pavement;
 mod roughness;
+mod traffic;
 mod vehicle;
 mod watch;
 
@@ -26,6 +27,8 @@ mod _core {
     use crate::pavement::{Banded, Stepper, Strip, Transition, Window};
     #[pymodule_export]
     use crate::roughness::iri;
+    #[pymodule_export]
+    use crate::traffic::Traffic;
     #[pymodule_export]
     use crate::vehicle::{Vehicle, fleet_forces, forces_in_blocks};
 

@@ -30,14 +30,21 @@ fn mesh(
     foundation: &str,
     ends: &str,
 ) -> PyResult<pavement::Mesh> {
-    let foundations = [("bars", Foundation::Bars), ("winkler", Foundation::Winkler)];
-    let foundation = choice("foundation", foundation, &foundations)?;
-    let held = [("clamped", Ends::Clamped), ("pinned", Ends::Pinned), ("free", Ends::Free)];
-    let ends = choice("ends", ends, &held)?;
+    let (foundation, ends) = (self::foundation(foundation)?, self::ends(ends)?);
     pavement::Mesh::new(sections, element_length, foundation, ends).map_err(exception)
 }
 
-fn scheme(weights: &str, hold: &str, print: f64) -> PyResult<(Contact, Hold)> {
+pub(crate) fn foundation(name: &str) -> PyResult<Foundation> {
+    let foundations = [("bars", Foundation::Bars), ("winkler", Foundation::Winkler)];
+    choice("foundation", name, &foundations)
+}
+
+pub(crate) fn ends(name: &str) -> PyResult<Ends> {
+    let held = [("clamped", Ends::Clamped), ("pinned", Ends::Pinned), ("free", Ends::Free)];
+    choice("ends", name, &held)
+}
+
+pub(crate) fn scheme(weights: &str, hold: &str, print: f64) -> PyResult<(Contact, Hold)> {
     let shares = [("linear", Weights::Linear), ("hermite", Weights::Hermite)];
     let holds = [("zero", Hold::Zero), ("first", Hold::First)];
     let contact = Contact { weights: choice("weights", weights, &shares)?, print };

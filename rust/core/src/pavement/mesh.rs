@@ -1,6 +1,7 @@
 //! The mesh of a road: sections, elements, nodes, and the matrices of each element.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::{Matrix2, Matrix4};
 
@@ -112,8 +113,8 @@ impl Place {
 pub struct Mesh {
     sections: Vec<Section>,
     pieces: Vec<Piece>,
-    /// Places of the nodes, m.
-    nodes: Vec<f64>,
+    /// Places of the nodes, m, which roads of other constants share.
+    nodes: Arc<Vec<f64>>,
     foundation: Foundation,
     ends: Ends,
 }
@@ -150,7 +151,13 @@ impl Mesh {
     }
 
     fn empty(foundation: Foundation, ends: Ends) -> Self {
-        Self { sections: Vec::new(), pieces: Vec::new(), nodes: vec![0.0], foundation, ends }
+        Self {
+            sections: Vec::new(),
+            pieces: Vec::new(),
+            nodes: Arc::new(vec![0.0]),
+            foundation,
+            ends,
+        }
     }
 
     /// Lay a section of so many elements at the end.
@@ -159,9 +166,10 @@ impl Mesh {
         let per_metre = count as f64 / length;
         self.sections.push(section);
         self.pieces.push(Piece { first, start, length, count, per_metre, matrices });
-        self.nodes.extend((1..count).map(|node| start + length * node as f64 / count as f64));
+        let nodes = Arc::make_mut(&mut self.nodes);
+        nodes.extend((1..count).map(|node| start + length * node as f64 / count as f64));
         // The last one is where the next section starts, to the last digit.
-        self.nodes.push(start + length);
+        nodes.push(start + length);
     }
 
     /// The sections it was made of.
@@ -243,6 +251,11 @@ impl Mesh {
         self.pieces.iter().map(Piece::step).fold(f64::INFINITY, f64::min)
     }
 
+    /// Longest element, m.
+    pub(crate) fn longest(&self) -> f64 {
+        self.pieces.iter().map(Piece::step).fold(0.0, f64::max)
+    }
+
     /// Matrices of an element.
     pub(crate) fn matrices(&self, element: usize) -> &ElementMatrices {
         &self.piece(element).matrices
@@ -267,6 +280,34 @@ impl Mesh {
             }
         }
         rows
+    }
+
+    /// The same of a node between two elements like this one.
+    pub(crate) fn block_row_within(&self, element: usize) -> [[Matrix2<f64>; 2]; 3] {
+        self.matrices(element).all().map(|matrix| {
+            let block = |row, column| matrix.fixed_view::<2, 2>(row, column).into_owned();
+            [block(2, 2) + block(0, 0), block(0, 2)]
+        })
+    }
+
+    /// The same road with other constants: sections of the same lengths.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`](crate::error::Error::Invalid) as for a new one.
+    pub(crate) fn with_sections(&self, sections: &[Section]) -> Result<Self> {
+        let lengths = |sections: &[Section]| -> Vec<f64> {
+            sections.iter().map(|section| section.length).collect()
+        };
+        if lengths(sections) != lengths(&self.sections) {
+            let given = format!("{:?} m", lengths(sections));
+            return Err(invalid("lengths of sections", given, "those of the other classes"));
+        }
+        let mut pieces = self.pieces.clone();
+        for (number, (piece, section)) in pieces.iter_mut().zip(sections).enumerate() {
+            section.check(number, piece.step())?;
+            piece.matrices = section.matrices(piece.step(), self.foundation);
+        }
+        Ok(Self { sections: sections.to_vec(), pieces, ..self.clone() })
     }
 
     /// Whether all elements from one up to another, both included, are equal.

@@ -17,7 +17,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::Hold;
 use super::passes::Passes;
 use super::record::{Extremes, Keep, Record};
-use super::window::{WATCHED, behind, extent, first_node, window_nodes};
+use super::window::{TOLERANCE, WATCHED, behind, extent, first_node, window_nodes};
 use crate::error::{Error, Result, Watch, diverged, go_on, positive, reserve};
 use crate::linalg::{DMatrix, add_scaled, multiply_by};
 use crate::pavement::load::{Contact, Loads, TRACK_SHARE};
@@ -356,7 +356,7 @@ impl WithSimd for Run<'_, '_> {
     fn with_simd<S: Simd>(self, simd: S) -> Result<Record> {
         let Self { road, loads, instants, watch } = self;
         let Road { mesh, dt, contact, hold, band, keep, .. } = road;
-        let (reach, _) = extent(mesh, *dt, contact.print, loads.speed(*dt))?;
+        let (reach, _) = extent(mesh, *dt, contact.print, loads.speed(*dt), TOLERANCE)?;
         let nodes = window_nodes(mesh, loads, reach);
         let columns = road.columns();
         let mut history = Vec::new();

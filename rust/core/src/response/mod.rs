@@ -6,6 +6,7 @@ mod kernel;
 mod passes;
 pub mod record;
 mod sdirk;
+pub mod traffic;
 pub mod window;
 
 pub use crate::pavement::Quantity;

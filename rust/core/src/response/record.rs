@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::passes::Passes;
+use super::sdirk::Noted;
 use crate::error::{Error, Result, check_count, invalid};
 use crate::pavement::mesh::Place;
 use crate::pavement::strip::{Shares, Strip};
@@ -75,6 +76,12 @@ pub(super) struct Passed {
     pub(super) lowest: f64,
     pub(super) highest: f64,
     pub(super) step: usize,
+}
+
+impl From<Noted> for Passed {
+    fn from(Noted { lowest, highest, when, .. }: Noted) -> Self {
+        Self { lowest, highest, step: when as usize }
+    }
 }
 
 impl Envelope {

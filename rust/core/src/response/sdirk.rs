@@ -14,15 +14,24 @@
 //! one row of blocks a node, each coupled to its neighbours only: they are factored once for a
 //! window's content, as `L D L'`, and a stage is one walk down the window and one back.
 //!
-//! Where all lanes hold the same, as along a uniform road, they read one copy of it: what a step
-//! reads and writes then stays in the first-level cache.
+//! Where a road is uniform, all rows are equal, and so are the factors from some node on. One row, in each
+//! lane its own, then serves all nodes, and lanes of different sections and stiffness cost nothing: what a
+//! step reads and writes stays in the first-level cache, or nearly so.
+
+mod number;
+mod rows;
+mod step;
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use nalgebra::Matrix2;
 use pulp::Simd;
 
-use super::record::Passed;
+pub(crate) use number::Number;
+pub(crate) use step::Notes;
+
+use self::rows::{EVEN, Even, FACTORS, Laned, ROWS, Rows, Shared, even, factored, lengthened};
+use self::step::{Noting, step};
+use crate::aligned::Aligned;
 use crate::pavement::Mesh;
 
 const GAMMA: f64 = 1.0 - FRAC_1_SQRT_2;
@@ -33,34 +42,30 @@ const LATE: f64 = (1.0 - GAMMA) / GAMMA;
 /// Where in a step its stages stand, as parts of it.
 pub(super) const STAGES: [f64; 2] = [GAMMA, 1.0];
 
-/// Numbers of a symmetric block row that are kept: the diagonal block and the one right of it.
-const ROW: usize = 7;
-
-/// Where the block rows of a node stand that a step reads: `M`, `h K` and `l (M - h^2 K)` (the
-/// diagonal, 3 numbers, and right of it, 4); and of the factors `L` (4) and the inverse of `D` (3).
-const MASS: usize = 0;
-const STIFFNESS: usize = ROW;
-const LATER: usize = 2 * ROW;
-const FACTOR: usize = 3 * ROW;
-const ROWS: usize = 4 * ROW;
-
 /// Where the numbers of a node stand that move on with it. Displacement and velocity now,
 const U: usize = 0;
 const V: usize = 2;
-/// the deflection a step before, the extremes since it was last asked, and the step of the lowest;
-const BEFORE: usize = 4;
-const LOWEST: usize = 5;
-const HIGHEST: usize = 6;
-const WHEN: usize = 7;
+/// the extremes since these were last asked, and the step of the lowest;
+const LOWEST: usize = 4;
+const HIGHEST: usize = 5;
+const WHEN: usize = 6;
+/// the deflection a step before, and two steps before;
+const BEFORE: usize = 7;
+const EARLIER: usize = 8;
+/// the largest curvature since it was last asked, and the curvature a step before;
+const BEND: usize = 9;
+const OWN_BEND: usize = 10;
+/// the deflection that others make of the node;
+const OTHERS: usize = 11;
 /// so many in all.
-const MOVING: usize = 8;
-/// And those of one step: the velocity of the first stage, what `u` and `v` leave to the right-hand
-/// side of the second, the solution on its way down, and `h f` of both stages.
-const FIRST: usize = 8;
-const REST: usize = 10;
-const DOWN: usize = 12;
-const LOADS: [usize; 2] = [14, 16];
-const NODE: usize = 18;
+const MOVING: usize = 12;
+/// And those of one step: the velocity of the first stage, first on its way down; what `u` and `v`
+/// leave to the right-hand side of the second, and then its solution on its way down; `h f` of both
+/// stages.
+const FIRST: usize = 12;
+const REST: usize = 14;
+const LOADS: [usize; 2] = [16, 18];
+const NODE: usize = 20;
 
 /// What a window holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,47 +76,66 @@ enum Content {
     From(usize),
 }
 
+/// What a node has gone through for a while: extremes of its deflection, the step of the lowest, and
+/// the largest curvature.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Noted {
+    pub(super) lowest: f64,
+    pub(super) highest: f64,
+    pub(super) when: f64,
+    pub(super) curvature: f64,
+}
+
 /// Windows of as many nodes each, with one node that does not move on both sides.
-pub(super) struct Windows {
+pub(super) struct Windows<R> {
     nodes: usize,
     lanes: usize,
     /// `h = g dt`, s.
     h: f64,
-    /// What each lane holds, and the block rows of all lanes.
+    notes: Notes,
+    /// What each lane holds.
     contents: Vec<Option<Content>>,
-    rows: Vec<f64>,
-    /// One copy of the rows, where all lanes hold the same.
+    /// The rows of uniform lanes, for all their nodes, the factors of each, and how many of these
+    /// differ; and the rows of all lanes, node by node, with those that are not up to date.
+    even: Aligned<R>,
+    factors: Aligned<R>,
+    differing: Vec<usize>,
+    laned: Aligned<R>,
+    stale: Vec<bool>,
+    /// One copy of the rows, where all lanes hold the same that is not uniform.
     shared: Option<Vec<[f64; ROWS]>>,
     /// The numbers of each node.
-    motion: Vec<f64>,
+    motion: Aligned<R>,
     /// Which of them are forces that are not zero.
     loaded: Vec<usize>,
     /// 0 in the lanes that count now, infinity in the others; the step that they are at.
-    shut: Vec<f64>,
-    now: Vec<f64>,
-    /// Whether extremes may lie between steps at all; 1/8 in the lanes where they may now, 0 in the
-    /// others.
-    between: bool,
-    sharp: Vec<f64>,
+    shut: Vec<R>,
+    now: Vec<R>,
+    /// 1/8 in the lanes where extremes may now lie between steps, 0 in the others.
+    sharp: Vec<R>,
 }
 
-impl Windows {
-    /// Windows of `nodes` nodes at rest, in steps of `dt`; extremes may lie between these or not.
-    pub(super) fn new(nodes: usize, lanes: usize, dt: f64, between: bool) -> Self {
-        let per_node = |count: usize| vec![0.0; (nodes + 2) * count * lanes];
+impl<R: Number> Windows<R> {
+    /// Windows of `nodes` nodes at rest, in steps of `dt`.
+    pub(super) fn new(nodes: usize, lanes: usize, dt: f64, notes: Notes) -> Self {
+        let per_lane = |number: f64| vec![R::of(number); lanes];
         Self {
             nodes,
             lanes,
             h: GAMMA * dt,
+            notes,
             contents: vec![None; lanes],
-            rows: per_node(ROWS),
+            even: Aligned::zeros(EVEN * lanes),
+            factors: Aligned::zeros((nodes + 2) * FACTORS * lanes),
+            differing: vec![1; lanes],
+            laned: Aligned::zeros(0),
+            stale: vec![true; lanes],
             shared: None,
-            motion: per_node(NODE),
+            motion: Aligned::zeros((nodes + 2) * NODE * lanes),
             loaded: Vec::new(),
-            shut: vec![f64::INFINITY; lanes],
-            now: vec![0.0; lanes],
-            between,
-            sharp: vec![0.0; lanes],
+            shut: per_lane(if notes == Notes::Crowd { 0.0 } else { f64::INFINITY }),
+            now: per_lane(0.0),
+            sharp: per_lane(0.0),
         }
     }
 
@@ -119,23 +143,53 @@ impl Windows {
     pub(super) fn fill(&mut self, lane: usize, mesh: &Mesh, first: usize) {
         let after = first + self.nodes;
         let inside = first > 0 && after < mesh.len();
-        let content = if inside && mesh.uniform(first - 1, after - 1) {
-            Content::Uniform(mesh.number(first))
-        } else {
-            Content::From(first)
-        };
+        let uniform = inside && mesh.uniform(first - 1, after - 1);
+        let content =
+            if uniform { Content::Uniform(mesh.number(first)) } else { Content::From(first) };
         if self.contents[lane] == Some(content) {
             return;
         }
-        let rows = factored(mesh, first, self.nodes, self.h);
-        let column = self.rows.iter_mut().skip(lane).step_by(self.lanes);
-        for (to, from) in column.zip(rows.as_flattened()) {
-            *to = *from;
-        }
         self.contents[lane] = Some(content);
-        // A lane without content is at rest, whatever it reads.
-        let same = self.contents.iter().flatten().all(|other| *other == content);
-        self.shared = same.then_some(rows);
+        self.shared = None;
+        self.stale[lane] = true;
+        if uniform {
+            let (row, factors) = even(mesh, first, self.nodes, self.h);
+            for (number, value) in row.into_iter().enumerate() {
+                self.even[number * self.lanes + lane] = R::of(value);
+            }
+            for node in 0..self.nodes + 2 {
+                let values = factors[node.min(factors.len() - 1)];
+                for (number, value) in values.into_iter().enumerate() {
+                    self.factors[(node * FACTORS + number) * self.lanes + lane] = R::of(value);
+                }
+            }
+            self.differing[lane] = factors.len();
+            return;
+        }
+        let rows = factored(mesh, first, self.nodes, self.h);
+        self.write(lane, |node| rows[node]);
+        // A lane without content is at rest, whatever it reads; those of a crowd have stiffnesses of
+        // their own.
+        let same = self.contents.iter().flatten().all(|other| *other == Content::From(first));
+        self.shared = (same && self.notes != Notes::Crowd).then_some(rows);
+    }
+
+    /// The pavement of a lane is another one from now on.
+    pub(super) fn forget(&mut self, lane: usize) {
+        self.contents[lane] = None;
+    }
+
+    /// Write the rows of a lane, node by node.
+    fn write(&mut self, lane: usize, rows: impl Fn(usize) -> [f64; ROWS]) {
+        if self.laned.is_empty() {
+            self.laned = Aligned::zeros((self.nodes + 2) * ROWS * self.lanes);
+        }
+        for node in 0..self.nodes + 2 {
+            for (number, value) in rows(node).into_iter().enumerate() {
+                self.laned[(node * ROWS + number) * self.lanes + lane] = R::of(value);
+            }
+        }
+        self.stale[lane] = false;
     }
 
     /// Where a number of a node of a lane stands.
@@ -144,7 +198,7 @@ impl Windows {
     }
 
     /// Move a lane by one node: the first one leaves, the last one comes in at rest.
-    pub(super) fn shift(&mut self, lane: usize) -> Passed {
+    pub(super) fn shift(&mut self, lane: usize) -> Noted {
         let passed = self.take(lane, 0);
         for node in 1..self.nodes {
             for number in 0..MOVING {
@@ -154,7 +208,7 @@ impl Windows {
         }
         for number in 0..MOVING {
             let last = self.at(lane, self.nodes - 1, number);
-            self.motion[last] = 0.0;
+            self.motion[last] = R::default();
         }
         passed
     }
@@ -166,194 +220,206 @@ impl Windows {
 
     /// What a node of a lane, counted from the first of its window, has gone through since this was
     /// last asked.
-    pub(super) fn take(&mut self, lane: usize, node: usize) -> Passed {
-        let [lowest, highest, step] = [LOWEST, HIGHEST, WHEN].map(|number| {
+    #[inline(always)]
+    pub(super) fn take(&mut self, lane: usize, node: usize) -> Noted {
+        let [lowest, highest, when, curvature] = [LOWEST, HIGHEST, WHEN, BEND].map(|number| {
             let at = self.at(lane, node, number);
-            std::mem::take(&mut self.motion[at])
+            std::mem::take(&mut self.motion[at]).double()
         });
-        Passed { lowest, highest, step: step as usize }
+        Noted { lowest, highest, when, curvature }
     }
 
     /// Deflection and slope of a node, and their rates.
     pub(super) fn motion(&self, lane: usize, node: usize) -> [[f64; 2]; 2] {
-        [U, V].map(|number| [0, 1].map(|k| self.motion[self.at(lane, node, number + k)]))
+        [U, V].map(|number| [0, 1].map(|k| self.motion[self.at(lane, node, number + k)].double()))
     }
 
     /// All numbers of all nodes.
-    pub(super) fn state(&self) -> &[f64] {
+    pub(super) fn state(&self) -> &[R] {
         &self.motion
     }
 
     /// Go back to numbers that they had.
-    pub(super) fn restore(&mut self, state: &[f64]) {
+    pub(super) fn restore(&mut self, state: &[R]) {
         self.motion.copy_from_slice(state);
     }
 
     /// Whether all deflections are finite.
     pub(super) fn is_sound(&self) -> bool {
         let deflections = self.motion.chunks_exact(self.lanes).skip(U).step_by(NODE);
-        deflections.flatten().sum::<f64>().is_finite()
+        deflections.flatten().all(|u| u.double().is_finite())
     }
 
     /// Whether the deflections of a lane, which are those of a step, count as extremes, and whether
     /// these may lie between steps, as they do not at the first and the last one.
     pub(super) fn count(&mut self, lane: usize, step: usize, counts: bool, between: bool) {
-        self.shut[lane] = if counts { 0.0 } else { f64::INFINITY };
-        self.sharp[lane] = if between { 0.125 } else { 0.0 };
-        self.now[lane] = step as f64;
+        self.shut[lane] = R::of(if counts { 0.0 } else { f64::INFINITY });
+        self.sharp[lane] = R::of(if between { 0.125 } else { 0.0 });
+        self.now[lane] = R::of(step as f64);
     }
 
     /// No forces.
     pub(super) fn unload(&mut self) {
         for at in self.loaded.drain(..) {
-            self.motion[at] = 0.0;
+            self.motion[at] = R::default();
         }
     }
 
     /// Add a force or moment on an unknown of a node at one stage.
+    #[inline(always)]
     pub(super) fn load(&mut self, stage: usize, lane: usize, (node, k): (usize, usize), f: f64) {
         let at = self.at(lane, node, LOADS[stage] + k);
-        self.motion[at] += self.h * f;
+        self.motion[at] = R::of(self.motion[at].double() + self.h * f);
         self.loaded.push(at);
+    }
+
+    /// All lanes of a crowd are at a step, counted from where their notes begin: what is noted in it was
+    /// a step ago. Extremes may lie between steps, or not.
+    pub(super) fn begin(&mut self, step: usize, between: bool) {
+        self.unload();
+        self.now.fill(R::of(step as f64 - 1.0));
+        self.sharp.fill(R::of(if between { 0.125 } else { 0.0 }));
+    }
+
+    /// What a lane of a crowd makes of a node: its deflection, and its curvature a step ago.
+    #[inline(always)]
+    pub(super) fn own(&self, lane: usize, node: usize) -> [f64; 2] {
+        [U, OWN_BEND].map(|number| self.motion[self.at(lane, node, number)].double())
+    }
+
+    /// Add to a node what others make of it; the curvature is forgotten in each step.
+    #[inline(always)]
+    pub(super) fn add_others(
+        &mut self,
+        lane: usize,
+        node: usize,
+        [deflection, curvature]: [f64; 2],
+    ) {
+        for (number, value) in [(OTHERS, deflection), (OWN_BEND, curvature)] {
+            let at = self.at(lane, node, number);
+            self.motion[at] = R::of(self.motion[at].double() + value);
+        }
+    }
+
+    /// The deflections of a node a step and two steps ago, with those of others.
+    pub(super) fn past(&self, lane: usize, node: usize) -> [R; 2] {
+        [BEFORE, EARLIER].map(|number| self.motion[self.at(lane, node, number)])
+    }
+
+    /// Take over what another lane knows of them.
+    pub(super) fn set_past(&mut self, lane: usize, node: usize, past: [R; 2]) {
+        for (number, value) in [BEFORE, EARLIER].into_iter().zip(past) {
+            let at = self.at(lane, node, number);
+            self.motion[at] = value;
+        }
+    }
+
+    /// There are no others at a node.
+    #[inline(always)]
+    pub(super) fn clear_others(&mut self, lane: usize, node: usize) {
+        let at = self.at(lane, node, OTHERS);
+        self.motion[at] = R::default();
+    }
+
+    /// What moves of a lane, node after node, the steps of notes counted from another `step` on.
+    pub(super) fn moving(&self, lane: usize, step: f64) -> Vec<f64> {
+        let number = |(node, number): (usize, usize)| {
+            let value = self.motion[self.at(lane, node, number)].double();
+            match number {
+                WHEN => value - step,
+                OTHERS => 0.0, // they tell anew
+                _ => value,
+            }
+        };
+        let all = |node: usize| (0..MOVING).map(move |number| (node, number));
+        (0..self.nodes).flat_map(all).map(number).collect()
+    }
+
+    /// Put what moved of a lane into one that is at rest, from a node on.
+    pub(super) fn put(&mut self, lane: usize, first: usize, moving: &[f64]) {
+        for (node, numbers) in (first..self.nodes).zip(moving.chunks_exact(MOVING)) {
+            for (number, &value) in numbers.iter().enumerate() {
+                let at = self.at(lane, node, number);
+                self.motion[at] = R::of(value);
+            }
+        }
     }
 
     /// Note the extremes that the lanes are at, and take one step.
     #[inline(always)]
     pub(super) fn step<S: Simd>(&mut self, simd: S) {
-        let all = self.nodes + 2;
-        let one = |values: &[f64]| S::as_simd_f64s(values).0[0];
-        let noting = Noting { shut: one(&self.shut), now: one(&self.now), sharp: one(&self.sharp) };
-        let nodes = S::as_mut_simd_f64s(&mut self.motion).0.as_chunks_mut::<NODE>().0;
-        let nodes = &mut nodes[..all];
-        if let Some(rows) = &self.shared {
-            let rows = Shared(&rows[..all]);
-            if self.between {
-                step::<S, _, true>(simd, self.h, rows, nodes, noting);
-            } else {
-                step::<S, _, false>(simd, self.h, rows, nodes, noting);
-            }
+        let uniform = |content: &Content| matches!(content, Content::Uniform(_));
+        if self.contents.iter().flatten().all(uniform) {
+            let row = &R::vectors::<S>(&self.even).as_chunks::<EVEN>().0[0];
+            let factors = R::vectors::<S>(&self.factors).as_chunks::<FACTORS>().0;
+            let differing = self.differing.iter().copied().max().unwrap_or(1);
+            let factors = &factors[..differing.min(self.nodes + 2)];
+            let rows = Even::<S, R> { row, factors };
+            stepped(
+                simd,
+                self.h,
+                self.notes,
+                rows,
+                &mut self.motion,
+                [&self.shut, &self.now, &self.sharp],
+            );
+        } else if let Some(shared) = &self.shared {
+            let rows = Shared(&shared[..self.nodes + 2]);
+            stepped(
+                simd,
+                self.h,
+                self.notes,
+                rows,
+                &mut self.motion,
+                [&self.shut, &self.now, &self.sharp],
+            );
         } else {
-            let rows = S::as_simd_f64s(&self.rows).0.as_chunks::<ROWS>().0;
-            step::<S, _, true>(simd, self.h, Laned(&rows[..all]), nodes, noting);
+            self.freshen();
+            let rows = R::vectors::<S>(&self.laned).as_chunks::<ROWS>().0;
+            let rows = Laned::<S, R>(&rows[..self.nodes + 2]);
+            stepped(
+                simd,
+                self.h,
+                self.notes,
+                rows,
+                &mut self.motion,
+                [&self.shut, &self.now, &self.sharp],
+            );
+        }
+    }
+
+    /// Write the row of each uniform lane to all its nodes, where it is not there.
+    fn freshen(&mut self) {
+        for lane in 0..self.lanes {
+            if self.stale[lane] && self.contents[lane].is_some() {
+                let column = |numbers: &[R]| -> Vec<f64> {
+                    let numbers = numbers.iter().skip(lane).step_by(self.lanes);
+                    numbers.map(|number| number.double()).collect()
+                };
+                let (short, factors) = (column(&self.even), column(&self.factors));
+                self.write(lane, |node| lengthened(&short, &factors[node * FACTORS..][..FACTORS]));
+            }
         }
     }
 }
 
-/// Note the extremes that the lanes are at, and take one step.
+/// A step by rows of one kind.
 #[inline(always)]
-fn step<S: Simd, R: Rows<S>, const BETWEEN: bool>(
+fn stepped<S: Simd, R: Number, M: Rows<S, R>>(
     simd: S,
     h: f64,
-    rows: R,
-    nodes: &mut [[S::f64s; NODE]],
-    noting: Noting<S::f64s>,
+    notes: Notes,
+    rows: M,
+    motion: &mut [R],
+    noting: [&[R]; 3],
 ) {
-    let n = nodes.len() - 2;
-    let zero = [simd.splat_f64s(0.0); 2];
-    let late = simd.splat_f64s(LATE);
-    let [after, now] = [simd.splat_f64s(LATE * h), simd.splat_f64s(h)];
-
-    let mut above = zero;
-    for i in 1..=n {
-        let inertia = apply(simd, rows, MASS, nodes, V, i);
-        let force = apply(simd, rows, STIFFNESS, nodes, U, i);
-        let node = &mut nodes[i];
-        let right = [simd.sub_f64s(inertia[0], force[0]), simd.sub_f64s(inertia[1], force[1])];
-        for k in 0..2 {
-            node[REST + k] = simd.negate_mul_add_f64s(late, inertia[k], right[k]);
-        }
-        above = forward(simd, rows, i, above, add(simd, right, pair(node, LOADS[0])));
-        put(node, DOWN, above);
-    }
-    let mut below = zero;
-    for i in (1..=n).rev() {
-        below = backward(simd, rows, i, pair(&nodes[i], DOWN), below);
-        put(&mut nodes[i], FIRST, below);
-    }
-    let mut above = zero;
-    for i in 1..=n {
-        let later = apply(simd, rows, LATER, nodes, FIRST, i);
-        let node = &mut nodes[i];
-        let right = add(simd, pair(node, REST), pair(node, LOADS[1]));
-        above = forward(simd, rows, i, above, add(simd, right, later));
-        put(node, DOWN, above);
-    }
-    let mut below = zero;
-    for i in (1..=n).rev() {
-        below = backward(simd, rows, i, pair(&nodes[i], DOWN), below);
-        let node = &mut nodes[i];
-        let was = node[U];
-        put(node, V, below);
-        for k in 0..2 {
-            let moved = simd.mul_add_f64s(after, node[FIRST + k], node[U + k]);
-            node[U + k] = simd.mul_add_f64s(now, below[k], moved);
-        }
-        noting.note::<S, BETWEEN>(simd, node, was);
-    }
-}
-
-/// How the lanes note extremes.
-#[derive(Clone, Copy)]
-struct Noting<V> {
-    shut: V,
-    now: V,
-    sharp: V,
-}
-
-impl<V: Copy> Noting<V> {
-    /// Note what a node was; or, if that is an extreme and these may lie between steps, the vertex of
-    /// the parabola through what it was a step before and what it is now.
-    #[inline(always)]
-    fn note<S: Simd<f64s = V>, const BETWEEN: bool>(self, simd: S, node: &mut [V; NODE], was: V) {
-        let (zero, one) = (simd.splat_f64s(0.0), simd.splat_f64s(1.0));
-        let (mut low, mut high) = (simd.add_f64s(was, self.shut), simd.sub_f64s(was, self.shut));
-        if BETWEEN {
-            let [to, from] = [simd.sub_f64s(node[U], was), simd.sub_f64s(was, node[BEFORE])];
-            node[BEFORE] = was;
-            let (slope, bend) = (simd.add_f64s(to, from), simd.sub_f64s(to, from));
-            let least = simd.max_f64s(simd.abs_f64s(bend), simd.splat_f64s(f64::MIN_POSITIVE));
-            let square = simd.mul_f64s(simd.mul_f64s(slope, slope), self.sharp);
-            let vertex = simd.div_f64s(square, least);
-            // Where the vertex is not within half a step, there is no extreme.
-            let most = simd.mul_f64s(self.sharp, bend);
-            let below = simd.min_f64s(vertex, simd.max_f64s(most, zero));
-            let above = simd.min_f64s(vertex, simd.max_f64s(simd.neg_f64s(most), zero));
-            low = simd.sub_f64s(low, below);
-            high = simd.add_f64s(high, above);
-        }
-        // As a number: a choice between two values would be stored under a mask, which is slow.
-        let lower = simd.select_f64s(simd.less_than_f64s(low, node[LOWEST]), one, zero);
-        node[WHEN] = simd.mul_add_f64s(lower, simd.sub_f64s(self.now, node[WHEN]), node[WHEN]);
-        node[LOWEST] = simd.min_f64s(node[LOWEST], low);
-        node[HIGHEST] = simd.max_f64s(node[HIGHEST], high);
-    }
-}
-
-/// Block rows, node after node.
-trait Rows<S: Simd>: Copy {
-    /// A number of the rows of a node.
-    fn number(self, simd: S, node: usize, number: usize) -> S::f64s;
-}
-
-/// One copy for all lanes.
-#[derive(Clone, Copy)]
-struct Shared<'a>(&'a [[f64; ROWS]]);
-
-impl<S: Simd> Rows<S> for Shared<'_> {
-    #[inline(always)]
-    fn number(self, simd: S, node: usize, number: usize) -> S::f64s {
-        simd.splat_f64s(self.0[node][number])
-    }
-}
-
-/// A row for each lane.
-#[derive(Clone, Copy)]
-struct Laned<'a, V>(&'a [[V; ROWS]]);
-
-impl<S: Simd> Rows<S> for Laned<'_, S::f64s> {
-    #[inline(always)]
-    fn number(self, _: S, node: usize, number: usize) -> S::f64s {
-        self.0[node][number]
+    let [shut, now, sharp] = noting.map(|values| R::vectors::<S>(values)[0]);
+    let noting = Noting { shut, now, sharp };
+    let nodes = R::vectors_mut::<S>(motion).as_chunks_mut::<NODE>().0;
+    match notes {
+        Notes::Steps => step::<S, R, M, { Notes::Steps as u8 }>(simd, h, rows, nodes, noting),
+        Notes::Vertices => step::<S, R, M, { Notes::Vertices as u8 }>(simd, h, rows, nodes, noting),
+        Notes::Crowd => step::<S, R, M, { Notes::Crowd as u8 }>(simd, h, rows, nodes, noting),
     }
 }
 
@@ -366,120 +432,4 @@ fn pair<V: Copy>(node: &[V; NODE], number: usize) -> [V; 2] {
 #[inline(always)]
 fn put<V: Copy>(node: &mut [V; NODE], number: usize, pair: [V; 2]) {
     [node[number], node[number + 1]] = pair;
-}
-
-#[inline(always)]
-fn add<S: Simd>(simd: S, a: [S::f64s; 2], b: [S::f64s; 2]) -> [S::f64s; 2] {
-    [simd.add_f64s(a[0], b[0]), simd.add_f64s(a[1], b[1])]
-}
-
-/// Block row `i` of a matrix times a pair of each node, in two sums a row, whose latencies overlap.
-#[inline(always)]
-fn apply<S: Simd>(
-    simd: S,
-    rows: impl Rows<S>,
-    matrix: usize,
-    nodes: &[[S::f64s; NODE]],
-    x: usize,
-    i: usize,
-) -> [S::f64s; 2] {
-    let a = |node, k| rows.number(simd, node, matrix + k);
-    let (left, here, right) = (pair(&nodes[i - 1], x), pair(&nodes[i], x), pair(&nodes[i + 1], x));
-    let row = |[l0, l1, h0, h1, r0, r1]: [S::f64s; 6]| {
-        let near = simd.mul_add_f64s(h1, here[1], simd.mul_f64s(h0, here[0]));
-        let near = simd.mul_add_f64s(l0, left[0], near);
-        let far = simd.mul_add_f64s(r1, right[1], simd.mul_f64s(r0, right[0]));
-        simd.add_f64s(near, simd.mul_add_f64s(l1, left[1], far))
-    };
-    [
-        row([a(i - 1, 3), a(i - 1, 5), a(i, 0), a(i, 1), a(i, 3), a(i, 4)]),
-        row([a(i - 1, 4), a(i - 1, 6), a(i, 1), a(i, 2), a(i, 5), a(i, 6)]),
-    ]
-}
-
-/// `right - L before`.
-#[inline(always)]
-fn forward<S: Simd>(
-    simd: S,
-    rows: impl Rows<S>,
-    i: usize,
-    before: [S::f64s; 2],
-    right: [S::f64s; 2],
-) -> [S::f64s; 2] {
-    let l = |k| rows.number(simd, i, FACTOR + k);
-    let y = simd.negate_mul_add_f64s(l(0), before[0], right[0]);
-    let z = simd.negate_mul_add_f64s(l(2), before[0], right[1]);
-    [simd.negate_mul_add_f64s(l(1), before[1], y), simd.negate_mul_add_f64s(l(3), before[1], z)]
-}
-
-/// `D^-1 down - L' after`, the `L` being that of the next row.
-#[inline(always)]
-fn backward<S: Simd>(
-    simd: S,
-    rows: impl Rows<S>,
-    i: usize,
-    down: [S::f64s; 2],
-    after: [S::f64s; 2],
-) -> [S::f64s; 2] {
-    let d = |k| rows.number(simd, i, FACTOR + 4 + k);
-    let l = |k| rows.number(simd, i + 1, FACTOR + k);
-    let y = simd.mul_add_f64s(d(1), down[1], simd.mul_f64s(d(0), down[0]));
-    let z = simd.mul_add_f64s(d(2), down[1], simd.mul_f64s(d(1), down[0]));
-    let y = simd.negate_mul_add_f64s(l(0), after[0], y);
-    let z = simd.negate_mul_add_f64s(l(1), after[0], z);
-    [simd.negate_mul_add_f64s(l(2), after[1], y), simd.negate_mul_add_f64s(l(3), after[1], z)]
-}
-
-/// The block rows that a step reads, of so many nodes from `first` on and of one on both sides.
-fn factored(mesh: &Mesh, first: usize, nodes: usize, h: f64) -> Vec<[f64; ROWS]> {
-    let mut rows = vec![[0.0; ROWS]; nodes + 2];
-    let mut before = Matrix2::zeros();
-    let mut inverse = Matrix2::zeros();
-    for i in 0..nodes {
-        let node = first + i;
-        let [mass, damping, stiffness] = row_of(mesh, node, i + 1 == nodes);
-        let sum = |k: usize| mass[k] + (damping[k] + stiffness[k] * h) * h;
-        let (mut diagonal, right) = (sum(0), sum(1));
-        for held in (0..2).filter(|k| mesh.holds(2 * node + k)) {
-            diagonal[(held, held)] = 1.0;
-        }
-        let lower: Matrix2<f64> = before.transpose() * inverse;
-        let pivot = diagonal - lower * before;
-        inverse = pivot.try_inverse().unwrap_or(Matrix2::repeat(f64::NAN));
-        before = right;
-        let later = [0, 1].map(|k| (mass[k] - stiffness[k] * (h * h)) * LATE);
-        let symmetric = |a: &Matrix2<f64>| [a[(0, 0)], a[(0, 1)], a[(1, 1)]];
-        let whole = |a: &Matrix2<f64>| [a[(0, 0)], a[(0, 1)], a[(1, 0)], a[(1, 1)]];
-        let row = |[diagonal, right]: [Matrix2<f64>; 2]| {
-            let ([a, b, c], [d, e, f, g]) = (symmetric(&diagonal), whole(&right));
-            [a, b, c, d, e, f, g]
-        };
-        let ([a, b, c], [d, e, f, g]) = (symmetric(&inverse), whole(&lower));
-        let stiffness = stiffness.map(|block| block * h);
-        let numbers = [row(mass), row(stiffness), row(later), [d, e, f, g, a, b, c]];
-        rows[i + 1].copy_from_slice(numbers.as_flattened());
-    }
-    rows
-}
-
-/// The diagonal block of a node and the block right of it, of `M`, `C` and `K`; without the latter
-/// at the last node of a window, and without the unknowns that the ends of the road hold.
-fn row_of(mesh: &Mesh, node: usize, is_last: bool) -> [[Matrix2<f64>; 2]; 3] {
-    let mut rows = mesh.block_row(node);
-    for row in &mut rows {
-        if is_last {
-            row[1].fill(0.0);
-        }
-        for k in 0..2 {
-            if mesh.holds(2 * node + k) {
-                row[0].row_mut(k).fill(0.0);
-                row[0].column_mut(k).fill(0.0);
-                row[1].row_mut(k).fill(0.0);
-            }
-            if mesh.holds(2 * node + 2 + k) {
-                row[1].column_mut(k).fill(0.0);
-            }
-        }
-    }
-    rows
 }

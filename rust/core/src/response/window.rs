@@ -15,7 +15,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::Hold;
 use super::passes::Passes;
 use super::record::{Envelope, Keep, Record};
-use super::sdirk::{STAGES, Windows};
+use super::sdirk::{Notes, STAGES, Windows};
 use crate::analytical::WinklerBeam;
 use crate::error::{
     Error, Result, Watch, check_count, diverged, go_on, invalid, positive, reserve,
@@ -117,7 +117,8 @@ impl Road {
     /// # Errors
     /// [`Error::Invalid`](crate::error::Error::Invalid) for a speed or a pavement out of range.
     pub fn warm_up(&self, speed: f64) -> Result<f64> {
-        extent(&self.mesh, self.dt, self.contact.print, speed).map(|(_, steps)| steps + 1.0)
+        extent(&self.mesh, self.dt, self.contact.print, speed, TOLERANCE)
+            .map(|(_, steps)| steps + 1.0)
     }
 
     /// The same without the error of second order in the step, by Richardson: from this run and one in
@@ -142,7 +143,13 @@ impl Road {
 
 /// How far ahead of the axles and behind them the window goes, m, and how many steps the
 /// pavement remembers. All are infinite where nothing damps it out.
-pub(super) fn extent(mesh: &Mesh, dt: f64, print: f64, speed: f64) -> Result<([f64; 2], f64)> {
+pub(super) fn extent(
+    mesh: &Mesh,
+    dt: f64,
+    print: f64,
+    speed: f64,
+    tolerance: f64,
+) -> Result<([f64; 2], f64)> {
     let (mut reach, mut memory) = ([0.0_f64; 2], 0.0_f64);
     for section in mesh.sections() {
         let beam = WinklerBeam::from(section);
@@ -150,12 +157,12 @@ pub(super) fn extent(mesh: &Mesh, dt: f64, print: f64, speed: f64) -> Result<([f
         if beam.stiffness <= 0.0 {
             return Ok(([f64::INFINITY; 2], f64::INFINITY));
         }
-        let [ahead, behind] = beam.reach(speed, TOLERANCE)?;
+        let [ahead, behind] = beam.reach(speed, tolerance)?;
         reach = [reach[0].max(ahead), reach[1].max(behind)];
-        memory = memory.max(beam.memory(TOLERANCE)?);
+        memory = memory.max(beam.memory(tolerance)?);
         if let Some(spacing) = mesh.spacing_of_bars() {
             // Between bars that are far apart, or if nothing but them is damped, waves live on.
-            let between = beam.memory_without_bed(TOLERANCE, spacing);
+            let between = beam.memory_without_bed(tolerance, spacing);
             let apart = spacing * beam.decay() > WIDEST_BARS;
             memory = memory.max(if apart { f64::INFINITY } else { between });
         }
@@ -217,7 +224,7 @@ impl WithSimd for Run<'_, '_> {
         let Lead { before, warm_up } = block.unwrap_or_default();
         let mesh = &road.mesh;
         let speed = loads.speed(road.dt);
-        let (reach, memory) = extent(mesh, road.dt, road.contact.print, speed)?;
+        let (reach, memory) = extent(mesh, road.dt, road.contact.print, speed, TOLERANCE)?;
         let nodes = window_nodes(mesh, loads, reach);
         let first = |instant, first| first_node(mesh, loads, instant, reach[1], nodes, first);
         let mut parts: Vec<Part<'_>> =
@@ -227,7 +234,9 @@ impl WithSimd for Run<'_, '_> {
                     Part { begin, from, end, first: first(begin, 0).unwrap_or(0), passes }
                 })
                 .collect();
-        let mut windows = Windows::new(nodes, S::F64_LANES, road.dt, road.hold == Hold::First);
+        let between = road.hold == Hold::First;
+        let notes = if between { Notes::Vertices } else { Notes::Steps };
+        let mut windows = Windows::<f64>::new(nodes, S::F64_LANES, road.dt, notes);
         let passed = match block {
             None => 0..mesh.len(),
             Some(_) => passed(&parts, nodes, first),
@@ -271,14 +280,14 @@ impl WithSimd for Run<'_, '_> {
                 if let Some(first) = first(instant, part.first) {
                     while part.first < first {
                         let axle = part.passes.axle(part.first);
-                        envelope.take(part.first - passed.start, axle, windows.shift(lane));
+                        envelope.take(part.first - passed.start, axle, windows.shift(lane).into());
                         part.first += 1;
                         windows.fill(lane, mesh, part.first);
                     }
                 }
                 part.passes.advance(instant, |node, axle| {
                     if let Some(at) = node.checked_sub(part.first).filter(|at| *at < nodes) {
-                        envelope.take(node - passed.start, axle, windows.take(lane, at));
+                        envelope.take(node - passed.start, axle, windows.take(lane, at).into());
                     }
                 });
                 if instant + 1 < instants {
@@ -291,7 +300,7 @@ impl WithSimd for Run<'_, '_> {
             for node in 0..nodes {
                 let axle = part.passes.axle(part.first + node);
                 let at = part.first + node - passed.start;
-                envelope.take(at, axle, windows.take(lane, node));
+                envelope.take(at, axle, windows.take(lane, node).into());
             }
         }
         go_on(watch, longest, longest)?;
@@ -304,7 +313,7 @@ impl WithSimd for Run<'_, '_> {
 
 impl Road {
     /// What is kept of an instant: only what is inside the window moves.
-    fn read(&self, windows: &Windows, lane: usize, first: usize, row: &mut [f64]) {
+    fn read(&self, windows: &Windows<f64>, lane: usize, first: usize, row: &mut [f64]) {
         let motion = |node: usize| {
             let inside = node.checked_sub(first).filter(|at| *at < windows.len());
             inside.map_or([[0.0; 2]; 2], |at| windows.motion(lane, at))
@@ -317,7 +326,7 @@ impl Road {
     /// Put the axles on the nodes for the step from an instant to the next.
     fn load(
         &self,
-        windows: &mut Windows,
+        windows: &mut Windows<f64>,
         lane: usize,
         first: usize,
         loads: &Loads<'_>,
@@ -378,7 +387,11 @@ pub(super) fn behind(axle: usize, x: f64, instant: usize) -> Error {
 
 /// Nodes of the window: all axles, and the reach ahead and behind.
 pub(super) fn window_nodes(mesh: &Mesh, loads: &Loads<'_>, [ahead, behind]: [f64; 2]) -> usize {
-    let length = loads.span() + ahead + behind;
+    nodes_over(mesh, loads.span() + ahead + behind)
+}
+
+/// Nodes of a window that goes over so many metres, wherever it is.
+pub(super) fn nodes_over(mesh: &Mesh, length: f64) -> usize {
     // Two elements that are only partly covered, and one that the step goes into.
     let elements = (length / mesh.shortest()).ceil() + 3.0;
     if elements < mesh.elements() as f64 { elements as usize + 1 } else { mesh.len() }
@@ -398,12 +411,18 @@ pub(super) fn first_node(
     // An axle that is still ahead of the road comes onto it at its beginning; one that is just past
     // its end may have a part of its print on it.
     let last = row.iter().copied().filter(|x| *x <= mesh.length() + behind).reduce(f64::min)?;
-    let start = (last - behind).max(0.0);
+    Some(first_before(mesh, (last - behind).max(0.0), nodes, first))
+}
+
+/// First node of a window of so many that has a place in its first element, if that is not behind
+/// `first` and the road goes on for as long.
+#[inline(always)]
+pub(super) fn first_before(mesh: &Mesh, start: f64, nodes: usize, first: usize) -> usize {
     let furthest = mesh.len() - nodes;
     if first == furthest || start < mesh.node(first + 1) {
-        return Some(first);
+        return first;
     }
-    Some(mesh.place(start).map_or(0, |place| place.element).min(furthest))
+    mesh.place(start).map_or(furthest, |place| place.element.min(furthest))
 }
 
 /// The nodes that the windows of all parts come by.

@@ -12,6 +12,14 @@ pub enum Interpolation {
     Staircase,
 }
 
+impl Interpolation {
+    /// Whether what a tire of such a print feels jumps.
+    #[inline(always)]
+    pub(super) fn jumps(self, print: f64) -> bool {
+        print == 0.0 && self == Self::Staircase
+    }
+}
+
 /// A road profile: elevations `z` at increasing stations `x`, m, of one length; level beyond its
 /// ends. Elevations count from the first sample.
 #[derive(Debug, Clone, Copy)]
@@ -47,6 +55,11 @@ impl<'a> Profile<'a> {
             return Err(invalid(station, format!("{:?} m", x[i + 1]), allowed));
         }
         Ok(Self { x, z, interpolation })
+    }
+
+    /// How tires feel the samples.
+    pub(crate) fn interpolation(&self) -> Interpolation {
+        self.interpolation
     }
 
     /// A segment, which ends at the sample of its number; the first begins and the last ends nowhere.
@@ -91,7 +104,8 @@ pub(super) struct Touch {
     pub(super) slope: f64,
 }
 
-/// What a tire feels as long as it stands before `until`: the elevation `level + slope (x - origin)`.
+/// What a tire feels as long as it stands before `until`, by more than its [margin](Wheel::margin):
+/// the elevation `level + slope (x - origin)`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Line {
     pub(super) origin: f64,
@@ -120,7 +134,18 @@ impl<'a> Wheel<'a> {
     /// Whether the elevation jumps: then a step takes its mean, else straight lines.
     #[inline(always)]
     pub(super) fn jumps(&self) -> bool {
-        self.print == 0.0 && self.profile.interpolation == Interpolation::Staircase
+        self.profile.interpolation.jumps(self.print)
+    }
+
+    /// How far ahead of a tire its line must go on.
+    pub(super) fn margin(&self, reach: f64, nudge: f64) -> f64 {
+        if self.jumps() { reach } else { nudge }
+    }
+
+    /// Go to `x`, however far that is.
+    pub(super) fn find(&mut self, x: f64) {
+        self.number = self.profile.x.partition_point(|&sample| sample <= x);
+        self.segment = self.profile.segment(self.number);
     }
 
     /// The line under `x`, for steps of length `reach`.
@@ -133,10 +158,10 @@ impl<'a> Wheel<'a> {
             return Line { origin: x, level: elevation, slope, until, jump: 0.0 };
         }
         if !self.jumps() {
-            return Line { origin, level, slope, until: end - nudge, jump: 0.0 };
+            return Line { origin, level, slope, until: end, jump: 0.0 };
         }
         if x + reach <= end {
-            return Line { origin, level, slope, until: end - reach, jump: 0.0 };
+            return Line { origin, level, slope, until: end, jump: 0.0 };
         }
         let jump = self.mean(x, x + reach) - level;
         Line { origin, level, slope, until: f64::NEG_INFINITY, jump }

@@ -2,8 +2,9 @@
 
 pub mod blocks;
 pub mod contact;
+pub(crate) mod course;
 pub mod fleet;
-mod linear;
+pub(crate) mod linear;
 pub mod model;
 mod nonlinear;
 pub mod record;

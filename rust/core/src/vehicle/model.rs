@@ -262,6 +262,16 @@ impl Vehicle {
         &self.system
     }
 
+    /// Places of the axles, m behind the front axle.
+    pub(crate) fn axle_places(&self) -> impl Iterator<Item = f64> {
+        self.tires.iter().map(|tire| tire.point.x)
+    }
+
+    /// Distance from the first to the last axle, m.
+    pub(crate) fn length(&self) -> f64 {
+        self.axle_places().last().unwrap_or(0.0)
+    }
+
     /// Static load of each tire, N, solved from the weights and springs.
     #[must_use]
     pub fn static_loads(&self) -> &[f64] {

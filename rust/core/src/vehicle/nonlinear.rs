@@ -302,7 +302,8 @@ pub(super) fn run<'a>(
     let mut wheels: Vec<_> =
         vehicle.tires.iter().map(|tire| Wheel::new(profile, tire.print)).collect();
     let tires = vehicle.tires.len();
-    let mut sums = Sums::new(tires, 1, std::slice::from_ref(passage));
+    let mut sums = Sums::new(tires, 1);
+    sums.enter(0, vehicle.static_loads(), None);
     let mut keeper = Keeper::new(passage, keep, outlet)?;
     let mut forces = vec![0.0; tires];
     let mut state = State {
@@ -322,11 +323,13 @@ pub(super) fn run<'a>(
         if step == run.skip {
             sums.count(0, true);
         }
-        sums.take(Scalar, &forces);
+        sums.take(Scalar, step as i64, &forces);
         keeper.take(step, |axle| forces[axle])?;
         if step < run.total() {
             state = model.advance(&state, &mut wheels, None, front, 0)?;
         }
     }
-    keeper.finish(&sums, 0)
+    let mut saved = Vec::new();
+    sums.save(0, &mut saved);
+    keeper.finish(&saved)
 }

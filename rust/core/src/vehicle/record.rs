@@ -4,6 +4,7 @@ use pulp::Simd;
 
 use super::model::Tire;
 use super::run::Passage;
+use crate::aligned::Aligned;
 use crate::error::{Error, Result, check, check_count, diverged, reserve};
 
 /// What to keep of a run besides the statistics of every axle.
@@ -69,18 +70,74 @@ pub struct Record {
     pub axles: Vec<Statistics>,
 }
 
-/// Sums of the forces of vehicles side by side, of each axle a vector of lanes.
-pub(super) struct Sums {
-    lanes: usize,
-    /// 1 in the lanes whose vehicle counts now, and 0 in the others; and 0, or infinity.
-    counts: Vec<f64>,
-    shut: Vec<f64>,
-    /// Axle by axle, number by number, lane by lane.
-    axles: Vec<f64>,
+/// What the forces of a vehicle came to over the instants that counted.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Tally {
+    /// Instants that counted.
+    pub(crate) instants: usize,
+    /// Statistics of each axle.
+    pub(crate) axles: Vec<Statistics>,
+    /// Largest force of any axle, N, its axle, and the first tick at which it was.
+    pub(crate) largest: f64,
+    pub(crate) axle: usize,
+    pub(crate) tick: i64,
 }
 
-/// Numbers that are held of an axle, each in every lane: the static load, from which the sums are
-/// taken (that keeps their digits), the sums, the extremes, and the instants off the road.
+impl Tally {
+    /// What was [saved](Sums::save) of a vehicle of such static loads; nothing where no instant
+    /// counted yet.
+    pub(crate) fn of(loads: &[f64], saved: &[f64]) -> Option<Self> {
+        let (shared, axles) = saved.split_at(SHARED - KEPT);
+        let count = shared[COUNT - KEPT];
+        if count == 0.0 {
+            return None;
+        }
+        let statistics = |(axle, load): (&[f64], &f64)| {
+            let number = |number: usize| axle[number - SUM];
+            let mean = number(SUM) / count;
+            // A sum that is not finite must show: max() would hide it.
+            let square = number(SQUARES) / count - mean * mean;
+            let deviation = if square < 0.0 { 0.0 } else { square.sqrt() };
+            Statistics {
+                mean: load + mean,
+                deviation,
+                lowest: number(LOWEST),
+                highest: number(HIGHEST),
+                airborne: number(AIRBORNE) as usize,
+            }
+        };
+        let axles: Vec<_> = axles.chunks_exact(NUMBERS - SUM).zip(loads).map(statistics).collect();
+        let largest = shared[LARGEST - KEPT];
+        Some(Self {
+            instants: count as usize,
+            largest,
+            axle: axles.iter().position(|axle| axle.highest == largest).unwrap_or(0),
+            tick: shared[TICK - KEPT] as i64,
+            axles,
+        })
+    }
+}
+
+/// Sums of the forces of vehicles side by side, each number a vector of lanes.
+pub(super) struct Sums {
+    lanes: usize,
+    axles: usize,
+    /// What the axles of a vehicle share, then axle by axle; number by number, lane by lane.
+    numbers: Aligned<f64>,
+}
+
+/// Numbers that the axles share: 1 where the vehicle counts now, else 0, and 0 there, else infinity;
+/// those that are saved: the instants that counted, the largest force and the tick at which it was.
+const COUNTS: usize = 0;
+const SHUT: usize = 1;
+const KEPT: usize = COUNT;
+const COUNT: usize = 2;
+const LARGEST: usize = 3;
+const TICK: usize = 4;
+const SHARED: usize = 5;
+
+/// Numbers of an axle: the static load, from which the sums are taken (that keeps their digits), and,
+/// saved, the sums, the extremes, and the instants off the road.
 const LOAD: usize = 0;
 const SUM: usize = 1;
 const SQUARES: usize = 2;
@@ -90,76 +147,80 @@ const AIRBORNE: usize = 5;
 const NUMBERS: usize = 6;
 
 impl Sums {
-    pub(super) fn new(axles: usize, lanes: usize, group: &[Passage<'_>]) -> Self {
-        let mut sums = Self {
-            lanes,
-            counts: vec![0.0; lanes],
-            shut: vec![f64::INFINITY; lanes],
-            axles: vec![0.0; axles * NUMBERS * lanes],
-        };
-        for (lane, passage) in group.iter().enumerate() {
-            for (axle, load) in passage.vehicle.static_loads().iter().enumerate() {
-                for (number, value) in
-                    [(LOAD, *load), (LOWEST, f64::INFINITY), (HIGHEST, f64::NEG_INFINITY)]
-                {
-                    sums.axles[(axle * NUMBERS + number) * lanes + lane] = value;
-                }
-            }
+    /// Of so many axles, no lane taken.
+    pub(super) fn new(axles: usize, lanes: usize) -> Self {
+        let numbers = Aligned::zeros((SHARED + axles * NUMBERS) * lanes);
+        let mut sums = Self { lanes, axles, numbers };
+        for lane in 0..lanes {
+            sums.count(lane, false);
         }
         sums
     }
 
-    /// Count the vehicle of a lane from now on, or no more.
-    pub(super) fn count(&mut self, lane: usize, counts: bool) {
-        self.counts[lane] = f64::from(u8::from(counts));
-        self.shut[lane] = if counts { 0.0 } else { f64::INFINITY };
+    /// Put a vehicle into a lane, with what was saved of it.
+    pub(super) fn enter(&mut self, lane: usize, loads: &[f64], saved: Option<&[f64]>) {
+        let mut set = |number: usize, value| self.numbers[number * self.lanes + lane] = value;
+        set(LARGEST, f64::NEG_INFINITY);
+        for (axle, load) in loads.iter().enumerate() {
+            let first = SHARED + axle * NUMBERS;
+            set(first + LOAD, *load);
+            set(first + LOWEST, f64::INFINITY);
+            set(first + HIGHEST, f64::NEG_INFINITY);
+        }
+        for (number, value) in Self::kept(self.axles).zip(saved.unwrap_or_default()) {
+            set(number, *value);
+        }
     }
 
-    /// Add the forces of an instant, axle by axle.
+    /// The numbers that are saved of a vehicle with so many axles.
+    fn kept(axles: usize) -> impl Iterator<Item = usize> {
+        let of_axle = |axle: usize| (SUM..NUMBERS).map(move |n| SHARED + axle * NUMBERS + n);
+        (KEPT..SHARED).chain((0..axles).flat_map(of_axle))
+    }
+
+    /// Save what is known of the vehicle of a lane.
+    pub(super) fn save(&self, lane: usize, to: &mut Vec<f64>) {
+        let saved = Self::kept(self.axles).map(|number| self.numbers[number * self.lanes + lane]);
+        to.extend(saved);
+    }
+
+    /// Count the vehicle of a lane from now on, or no more.
+    pub(super) fn count(&mut self, lane: usize, counts: bool) {
+        self.numbers[COUNTS * self.lanes + lane] = f64::from(u8::from(counts));
+        self.numbers[SHUT * self.lanes + lane] = if counts { 0.0 } else { f64::INFINITY };
+    }
+
+    /// Add the forces of a tick, axle by axle.
     #[inline(always)]
-    pub(super) fn take<S: Simd>(&mut self, simd: S, forces: &[f64]) {
-        let (counts, shut) = (S::as_simd_f64s(&self.counts).0[0], S::as_simd_f64s(&self.shut).0[0]);
+    pub(super) fn take<S: Simd>(&mut self, simd: S, tick: i64, forces: &[f64]) {
+        let (shared, axles) = S::as_mut_simd_f64s(&mut self.numbers).0.split_at_mut(SHARED);
+        let (counts, shut) = (shared[COUNTS], shared[SHUT]);
         let zero = simd.splat_f64s(0.0);
-        let axles = S::as_mut_simd_f64s(&mut self.axles).0.as_chunks_mut::<NUMBERS>().0;
-        for (axle, &force) in axles.iter_mut().zip(S::as_simd_f64s(forces).0) {
+        let mut largest = simd.splat_f64s(f64::NEG_INFINITY);
+        for (axle, &force) in
+            axles.as_chunks_mut::<NUMBERS>().0.iter_mut().zip(S::as_simd_f64s(forces).0)
+        {
             let above = simd.mul_f64s(counts, simd.sub_f64s(force, axle[LOAD]));
             axle[SUM] = simd.add_f64s(axle[SUM], above);
             axle[SQUARES] = simd.add_f64s(axle[SQUARES], simd.mul_f64s(above, above));
             axle[LOWEST] = simd.min_f64s(axle[LOWEST], simd.add_f64s(force, shut));
-            axle[HIGHEST] = simd.max_f64s(axle[HIGHEST], simd.sub_f64s(force, shut));
+            let open = simd.sub_f64s(force, shut);
+            axle[HIGHEST] = simd.max_f64s(axle[HIGHEST], open);
+            largest = simd.max_f64s(largest, open);
             let off = simd.less_than_or_equal_f64s(force, zero);
             axle[AIRBORNE] = simd.add_f64s(axle[AIRBORNE], simd.select_f64s(off, counts, zero));
         }
+        let larger = simd.greater_than_f64s(largest, shared[LARGEST]);
+        shared[COUNT] = simd.add_f64s(shared[COUNT], counts);
+        shared[LARGEST] = simd.select_f64s(larger, largest, shared[LARGEST]);
+        shared[TICK] = simd.select_f64s(larger, simd.splat_f64s(tick as f64), shared[TICK]);
     }
 
     /// The lane of a vehicle whose forces are not finite.
     pub(super) fn unsound_lane(&self) -> Option<usize> {
-        let axles = self.axles.chunks_exact(NUMBERS * self.lanes);
+        let axles = self.numbers[SHARED * self.lanes..].chunks_exact(NUMBERS * self.lanes);
         let squares = axles.flat_map(|axle| axle[SQUARES * self.lanes..][..self.lanes].iter());
         squares.enumerate().find(|(_, sum)| !sum.is_finite()).map(|(at, _)| at % self.lanes)
-    }
-
-    /// # Errors
-    /// [`Error::Diverged`](crate::error::Error::Diverged) where a force was not finite.
-    fn of_lane(&self, lane: usize, passage: &Passage<'_>) -> Result<Vec<Statistics>> {
-        let count = (passage.run.steps + 1) as f64;
-        let statistics = |axle: &[f64]| {
-            let number = |number: usize| axle[number * self.lanes + lane];
-            let mean = number(SUM) / count;
-            // A sum that is not finite must show: max() would hide it.
-            let square = number(SQUARES) / count - mean * mean;
-            if !(mean.is_finite() && square.is_finite()) {
-                return Err(diverged("tire force", passage.run.total(), passage.run.dt));
-            }
-            Ok(Statistics {
-                mean: number(LOAD) + mean,
-                deviation: square.max(0.0).sqrt(),
-                lowest: number(LOWEST),
-                highest: number(HIGHEST),
-                airborne: number(AIRBORNE) as usize,
-            })
-        };
-        self.axles.chunks_exact(NUMBERS * self.lanes).map(statistics).collect()
     }
 }
 
@@ -256,13 +317,18 @@ impl<'a> Keeper<'a> {
         Ok(())
     }
 
-    /// What was kept, with the statistics of a lane.
+    /// What was kept, with the statistics of what was saved of the [`Sums`].
     ///
     /// # Errors
     /// [`Error::Diverged`](crate::error::Error::Diverged) where a force was not finite.
-    pub(super) fn finish(mut self, sums: &Sums, lane: usize) -> Result<Record> {
-        self.hand_over(self.passage.run.total())?;
-        let axles = sums.of_lane(lane, self.passage)?;
+    pub(super) fn finish(mut self, saved: &[f64]) -> Result<Record> {
+        let Passage { vehicle, run } = self.passage;
+        self.hand_over(run.total())?;
+        let tally = Tally::of(vehicle.static_loads(), saved);
+        let axles = tally.map(|tally| tally.axles).unwrap_or_default();
+        if axles.iter().any(|axle| !(axle.mean.is_finite() && axle.deviation.is_finite())) {
+            return Err(diverged("tire force", run.total(), run.dt));
+        }
         Ok(Record { history: self.history, at_stations: self.at_stations, axles })
     }
 }

@@ -4,13 +4,19 @@ use super::model::Vehicle;
 use crate::error::{Result, check, check_count, positive};
 
 /// Farthest place from the origin of stations, m: a micrometre is lost in rounding beyond.
-const FARTHEST: f64 = 1e9;
+pub(super) const FARTHEST: f64 = 1e9;
 
 /// Most steps of a run.
-const LONGEST: usize = 1_000_000_000;
+pub(super) const LONGEST: usize = 1_000_000_000;
 
 /// Steps between two looks at the watcher.
 pub(super) const WATCHED: usize = 1024;
+
+/// How near a sample counts as the sample, m, in steps of length `reach`.
+#[inline(always)]
+pub(super) fn nudge(reach: f64) -> f64 {
+    1e-6 * reach
+}
 
 /// One run over a profile at constant speed.
 ///
@@ -56,7 +62,7 @@ impl Run {
     /// How near a sample counts as the sample, m.
     #[inline(always)]
     pub(super) fn nudge(&self) -> f64 {
-        1e-6 * self.reach()
+        nudge(self.reach())
     }
 
     pub(super) fn check(&self) -> Result<()> {

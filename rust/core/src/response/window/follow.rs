@@ -2,12 +2,12 @@
 
 use pulp::{Arch, Scalar, Simd, WithSimd};
 
-use super::{Road, extent, first_node, window_nodes};
+use super::{Road, TOLERANCE, extent, first_node, window_nodes};
 use crate::error::Result;
 use crate::pavement::Weights;
 use crate::pavement::element::shape_slopes;
 use crate::pavement::load::{Contact, Loads};
-use crate::response::sdirk::Windows;
+use crate::response::sdirk::{Notes, Windows};
 
 /// The only window.
 const LANE: usize = 0;
@@ -15,7 +15,7 @@ const LANE: usize = 0;
 /// The window of a road under one vehicle, which may take a step again.
 pub(crate) struct Follower<'a> {
     road: &'a Road,
-    windows: Windows,
+    windows: Windows<f64>,
     /// What the window was when the step began.
     begin: Vec<f64>,
     /// How far behind the axles it goes, m.
@@ -31,9 +31,9 @@ impl<'a> Follower<'a> {
     pub(crate) fn new(road: &'a Road, loads: &Loads<'_>) -> Result<Self> {
         loads.check()?;
         let speed = loads.speed(road.dt);
-        let (reach, _) = extent(&road.mesh, road.dt, road.contact.print, speed)?;
+        let (reach, _) = extent(&road.mesh, road.dt, road.contact.print, speed, TOLERANCE)?;
         let nodes = window_nodes(&road.mesh, loads, reach);
-        let mut windows = Windows::new(nodes, 1, road.dt, false);
+        let mut windows = Windows::new(nodes, 1, road.dt, Notes::Steps);
         windows.fill(LANE, &road.mesh, 0);
         let begin = windows.state().to_vec();
         Ok(Self { road, windows, begin, behind: reach[1], first: 0 })
@@ -107,7 +107,7 @@ impl<'a> Follower<'a> {
 }
 
 /// One lane, but with the instructions of this machine.
-struct Step<'a>(&'a mut Windows);
+struct Step<'a>(&'a mut Windows<f64>);
 
 impl WithSimd for Step<'_> {
     type Output = ();
