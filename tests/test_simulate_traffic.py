@@ -58,7 +58,20 @@ class Passage:
 def traffic(
     passages: Iterable[Passage], vehicles: Sequence[pf.Vehicle] = (TRUCK, RIGID)
 ) -> pf.Traffic:
-    raise NotImplementedError
+    passages = list(passages)
+    rows = [passage.row for passage in passages]
+    entry, vehicle, speed, lane, direction, offset = zip(*rows, strict=True)
+    courses = [passage.course if len(passage.course) > 1 else None for passage in passages]
+    return pf.Traffic(
+        vehicles,
+        vehicle,
+        entry,
+        speed,
+        lane,
+        direction,
+        offset,
+        courses=[None if course is None else tuple(zip(*course, strict=True)) for course in courses],
+    )
 
 
 def run(passages: Iterable[Passage], road: pf.Road = ROAD, **changes: Any) -> pf.TrafficResult:

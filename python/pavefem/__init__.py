@@ -49,6 +49,7 @@ from pavefem.studies import (
     simulate_traffic_in_parts,
     sweep,
 )
+from pavefem.traffic import Traffic, read_sumo
 from pavefem.traffic_result import TrafficResult, load_traffic_result
 from pavefem.traffic_scenario import TrafficScenario
 from pavefem.transition import transition
@@ -84,6 +85,7 @@ __all__ = [
     "Tire",
     "TireForces",
     "Tires",
+    "Traffic",
     "TrafficResult",
     "TrafficScenario",
     "Unit",
@@ -96,6 +98,7 @@ __all__ = [
     "load_traffic_result",
     "metrics",
     "read_profile",
+    "read_sumo",
     "roughness",
     "run",
     "run_traffic",

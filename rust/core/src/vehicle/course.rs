@@ -158,7 +158,7 @@ mod tests {
         let numbers =
             [0.0, 0.299, 0.3, 1.3, 1.301, 2.999, 3.0].map(|time| course.number(tick(time)));
         assert_eq!(numbers, [0, 0, 0, 0, 1, 1, 2]);
-        assert_eq!([0.3, 2.0, 9.0].map(|time| course.speed(tick(time))), [20.0, 0.0, 5.0]);
+        assert_eq!([0.3, 2.0, 9.0].map(|time| course.piece(tick(time)).0.speed), [20.0, 0.0, 5.0]);
         Ok(())
     }
 

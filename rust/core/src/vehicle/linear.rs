@@ -631,7 +631,7 @@ mod tests {
                 let (here, ahead) = (touch(tick, i), touch(tick + 1, i).elevation);
                 let height = row.dot(&x.rows(0, n));
                 let sinks = row.dot(&x.rows(n, n));
-                let rise = course.speed(tick) * here.slope;
+                let rise = course.piece(tick).0.speed * here.slope;
                 forces.push(
                     vehicle.static_loads()[i]
                         + tire.stiffness * (here.elevation - height)
