@@ -44,7 +44,7 @@ class Traffic:
     lane : array_like of int
         Number of the lane, from 1.
     direction : array_like of int
-        1 along the road, -1 against it; all vehicles of a lane go one way.
+        1 along the road, -1 against it; each direction has lanes of its own.
     lateral_offset : array_like
         How far to the side of the wheel path a vehicle goes, m.
     vehicle_id : sequence, optional
@@ -135,12 +135,15 @@ class Traffic:
                 row = int(wrong.argmax())
                 value = getattr(self, name)[row]
                 raise ValueError(f"{name} = {value:g} of passage {row}: must be {allowed}")
-        for lane in np.unique(self.lane):
-            ways = np.unique(self.direction[self.lane == lane])
-            if ways.size > 1:
-                raise ValueError(
-                    f"lane {lane} has vehicles in both directions: must be one direction a lane"
-                )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"counts": dict(self.counts)}  # a view of a dictionary does not travel
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state | {"counts": MappingProxyType(state["counts"])})
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
 
     def __len__(self) -> int:
         return self.entry_time.size
