@@ -1,7 +1,7 @@
 """The compiled core. Arrays are float64; see the modules that call it for units and errors."""
 
 from collections.abc import Callable
-from typing import Final, final
+from typing import Any, Final, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ __all__ = [
     "SimplySupportedBeam",
     "Stepper",
     "Strip",
+    "Traffic",
     "Transition",
     "Vehicle",
     "Window",
@@ -211,6 +212,50 @@ def two_way(
     positions: _Array,
     progress: _Progress | None = None,
 ) -> tuple[_Array, _Array, int]: ...
+
+@final
+class Traffic:
+    def __new__(
+        cls,
+        *,
+        roads: list[tuple[_Array, _Array, _Array]],
+        element_length: float,
+        foundation: str,
+        ends: str,
+        weights: str,
+        tire_print: float,
+        hold: str,
+        dt: float,
+        profiles: list[tuple[_Array, _Array, str]],
+        lanes: _Array,
+        vehicles: list[Vehicle],
+        passages: _Array,
+        breaks: _Array,
+        until: _Array,
+        powers: list[float],
+        bins: _Array,
+        stations: _Array,
+        begin: int,
+        end: int,
+        part: tuple[float, float],
+        precision: str,
+        threads: int,
+    ) -> Traffic: ...
+    @property
+    def nodes(self) -> _Array: ...
+    @property
+    def tick(self) -> int: ...
+    @property
+    def finished(self) -> bool: ...
+    @property
+    def active(self) -> int: ...
+    @property
+    def vehicle_seconds(self) -> float: ...
+    def advance(self, ticks: int, progress: _Progress | None = None) -> _Array: ...
+    def lanes(self) -> list[dict[str, NDArray[Any]]]: ...
+    def vehicles(self) -> _Array: ...
+    def state(self) -> bytes: ...
+    def restore(self, state: bytes) -> None: ...
 
 @final
 class WinklerBeam:

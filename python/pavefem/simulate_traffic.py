@@ -73,10 +73,10 @@ def simulate_traffic(
     traffic : Traffic
         Who comes when, on which lane and how fast.
     profile : Profile or mapping of int, optional
-        Elevations along the wheel track of all lanes, or of each lane by its number; that of a lane
-        of the other direction has a minus sign. Always along x: who comes the other way runs over
-        it from its end. The road's x = 0 is `run_in` behind the first sample; beyond its ends a
-        profile goes on level. None is a smooth road: static forces.
+        Elevations along the wheel track of all lanes, or of each by its number; a lane of the other
+        direction has its number with a minus sign. Always along x: who comes the other way runs
+        over it from its end. The road's x = 0 is `run_in` behind the first sample; beyond its ends
+        a profile goes on level. None is a smooth road: static forces.
     temperature_c : float
         Asphalt temperature, °C.
     scheme : Scheme or str
@@ -267,10 +267,15 @@ class TrafficRun:
         """Let the core go on, and keep what is asked for of the histories."""
         first = self._core.tick
         rows = self._core.advance(ticks)
-        if self._columns > 0:
-            number = np.arange(first, first + rows.shape[0])
-            counts = (number >= self._begin) & (number < self._end)
-            self._history.append(rows[counts & (number % self.scenario.every == 0)])
+        if self._columns == 0:
+            return
+        number = np.arange(first, first + rows.shape[0])
+        counts = (number >= self._begin) & (number < self._end)
+        self._history.append(rows[counts & (number % self.scenario.every == 0)])
+        if self._core.finished:
+            # Who has left leaves the road at rest.
+            rest = self._rows(self._end) - self._rows(self._core.tick)
+            self._history.append(np.zeros((rest, self._columns)))
 
     def _save(self) -> None:
         """Write what is done."""
@@ -280,15 +285,16 @@ class TrafficRun:
             self._store.finish(self.result())
             return
         history = np.concatenate([np.empty((0, self._columns)), *self._history])
-        if self._columns > 0 and self._store.rows + len(history) != self._rows():
+        if self._columns > 0 and self._store.rows + len(history) != self._rows(self._core.tick):
             return  # Ctrl-C came between the core and its history: what was written before stays
         self._store.write(self._core.state(), self._wall_time, self._without_history(), history)
         self._history.clear()
 
-    def _rows(self) -> int:
-        """Rows that the histories have by now."""
-        every, now = self.scenario.every, min(self._core.tick, self._end)
-        return max(0, -(-now // every) - -(-self._begin // every))
+    def _rows(self, tick: int) -> int:
+        """Rows that the histories have at a tick."""
+        every: int = self.scenario.every
+        before = -(-self._begin // every)
+        return max(before, -(-min(tick, self._end) // every)) - before
 
     def _so_far(self) -> str:
         return f"{self._now:.5g} s of {self._end * self._dt:.5g} s"
@@ -317,14 +323,13 @@ def core_inputs(scenario: TrafficScenario) -> dict[str, Any]:
     )
     fastest = float(pieces.speed.max())
     warn_of_long_steps(fastest, scheme.dt, element_length, stacklevel=4)
-    lanes = scenario.lanes
-    forward = lanes > 0
+    forward = scenario.lanes > 0
     profiles, profile_of = _placed_profiles(scenario)
     period = period_of(scenario)
     begin, end = (math.ceil(time / scheme.dt - 1e-6) for time in period)
     if end <= begin:
         raise ValueError(f"period = {period} s: must hold a step of {scheme.dt:g} s")
-    lane = np.searchsorted(lanes, scenario.lane_of)
+    lane = np.searchsorted(scenario.lanes, scenario.lane_of)
     lengths = np.array([section.length for section in road.sections])
     thickness = np.array([section.pavement.thickness for section in road.sections])
     roads = [(lengths, constants, thickness)]

@@ -9,13 +9,12 @@ from typing import Any, Final
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 ADDED: Final = ("passes", "pass_peaks", "deflection_sums", "strain_sums", "force_sums")
 """What adds up over passes."""
-_WORST: Final = ("max_deflection", "max_passage_strain")
-"""What a passage did at worst on a stretch, or in a part of the time."""
-_FORCES: Final = ("dlc", "max_axle_force", "place_of_force", "axle_of_force")
-"""What is of its whole way, and known once it has left."""
+_FORCES: Final = ("instants", "dlc", "max_axle_force", "place_of_force", "axle_of_force")
+"""What is of its way from the beginning, as far as a part has to follow it."""
 
 
 def merged(parts: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -72,7 +71,9 @@ def _one_after_the_other(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     if "deflection" in first:
         histories = [part["deflection"] for part in parts]
         whole = whole.drop_dims("time")
-        whole["deflection"] = xr.concat(histories, "time", coords="different", compat="equals")
+        whole["deflection"] = xr.concat(
+            histories, "time", coords="different", compat="equals", join="exact"
+        )
     return whole
 
 
@@ -80,28 +81,36 @@ def _end_to_end(parts: Sequence[xr.Dataset]) -> xr.Dataset:
     """Lay stretches end to end."""
     along = {
         dim: xr.concat(
-            [part[[name for name in part.data_vars if dim in part[name].dims]] for part in parts],
+            [
+                part[[name for name in part.data_vars if dim in part[name].dims]]
+                for part in parts
+                if dim in part.dims
+            ],
             dim,
             data_vars="all",
             coords="different",
             compat="equals",
+            join="exact",
         )
         for dim in ("x", "station")
-        if dim in parts[0].dims
+        if any(dim in part.dims for part in parts)
     }
-    rest = _with_passages(parts[0], parts).drop_dims([*along])
-    return xr.merge([rest, *along.values()], compat="equals", join="exact")
+    first = parts[0].drop_dims([dim for dim in along if dim in parts[0].dims])
+    return xr.merge([_with_passages(first, parts), *along.values()], compat="equals", join="exact")
 
 
 def _with_passages(first: xr.Dataset, parts: Sequence[xr.Dataset]) -> xr.Dataset:
     """Give the first of some parts what passages did in all of them."""
-    deepest = np.stack([part["max_deflection"].to_numpy() for part in parts])
-    which = deepest.argmax(axis=0)[np.newaxis]
-    places = np.stack([part["place_of_deflection"].to_numpy() for part in parts])
-    found = {name: np.maximum.reduce([part[name].to_numpy() for part in parts]) for name in _WORST}
-    found["place_of_deflection"] = np.take_along_axis(places, which, axis=0)[0]
-    for name in _FORCES:
-        found[name] = np.fmax.reduce([part[name].to_numpy() for part in parts])
+
+    def of_the_most(name: str, names: Sequence[str]) -> dict[str, NDArray[np.float64]]:
+        most = np.stack([np.nan_to_num(part[name].to_numpy()) for part in parts]).argmax(axis=0)
+        tables = [np.stack([part[each].to_numpy() for part in parts]) for each in names]
+        found = [np.take_along_axis(table, most[np.newaxis], axis=0)[0] for table in tables]
+        return dict(zip(names, found, strict=True))
+
+    found = of_the_most("max_deflection", ("max_deflection", "place_of_deflection"))
+    found |= of_the_most("max_passage_strain", ("max_passage_strain",))
+    found |= of_the_most("instants", _FORCES)
     return first.assign({name: first[name].copy(data=values) for name, values in found.items()})
 
 

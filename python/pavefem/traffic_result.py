@@ -64,6 +64,7 @@ _OF_NODES: Final[Mapping[str, tuple[str, ...]]] = {
 """Dimensions of those that have more than two."""
 
 _PASSAGES: Final = {
+    "instants": ("1", "instants that its forces are of"),
     "dlc": ("1", "largest dynamic load coefficient of the axles"),
     "max_axle_force": ("N", "largest tire force of an axle"),
     "place_of_force": ("m", "place of that axle then"),
@@ -74,7 +75,7 @@ _PASSAGES: Final = {
     "entry": ("s", "when it comes onto the lane"),
     "exit": ("s", "when it has left it"),
 }
-"""What there is of each passage, in the order of the core behind the number of instants."""
+"""What there is of each passage, in the order of the core."""
 
 _WHO: Final = ("vehicle", "vehicle_id", "passage_lane", "entry_speed_kmh", "lateral_offset")
 """Who each passage is."""
@@ -171,9 +172,8 @@ class TrafficResult:
             }
             | work.attributes,
         )
-        if scenario.stations:
-            places = np.array(stations_of(scenario), dtype=np.float64)
-            dataset = dataset.assign_coords(station=("station", places, _METRES))
+        if places := stations_of(scenario):
+            dataset = dataset.assign_coords(station=("station", np.array(places), _METRES))
         return cls(dataset)
 
     def with_history(self, blocks: Iterable[NDArray[np.float64]]) -> Self:
@@ -187,7 +187,7 @@ class TrafficResult:
         first = -(-round(attrs["begin"] / attrs["dt"]) // attrs["every"])
         time = attrs["dt"] * (attrs["every"] * np.arange(first, first + len(rows)))
         attributes = _METRES | {"long_name": "deflection", "positive": "up"}
-        values = rows.reshape(-1, *shape)
+        values = rows.reshape(len(rows), *shape)
         dataset = self.dataset.assign_coords(time=("time", time, {"units": "s"}))
         return type(self)(
             dataset.assign(deflection=(("time", "lane", "station"), values, attributes))
@@ -507,7 +507,7 @@ def _of_passages(
     traffic, length = scenario.traffic, scenario.road.length
     names = np.array([vehicle.name for vehicle in traffic.vehicles])
     lane = scenario.lane_of
-    table = dict(zip(_PASSAGES, seen[:, 1:].T.copy(), strict=True))
+    table = dict(zip(_PASSAGES, seen.T.copy(), strict=True))
     table["axle_of_force"] += 1.0
     # On a smooth road nobody rolls: forces are static.
     is_smooth = np.array([profile is None for profile in scenario.profiles])
@@ -520,8 +520,9 @@ def _of_passages(
     table["axle_of_force"][smooth] = (
         1.0 + np.array([load.argmax() for load in loads])[traffic.vehicle[smooth]]
     )
+    # Places are counted along x from here on.
     for name in ("place_of_force", "place_of_deflection"):
-        table[name] = np.where(lane > 0, table[name], length - table[name])
+        table[name] = np.where(traffic.direction > 0, table[name], length - table[name])
     table["exit"][np.isinf(table["exit"])] = np.nan
     who = (
         names[traffic.vehicle],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -23,15 +23,21 @@ from pydantic import (
 )
 
 from pavefem._model import Model, NotNegative, Number, Positive
-from pavefem._tables import read_toml, told_of
+from pavefem._tables import make, read_toml, told_of
 from pavefem.profile import Profile
 from pavefem.road import Road
 from pavefem.scenario import beside, in_short, profile_from_table, scheme_from_table
 from pavefem.scheme import Scheme
-from pavefem.traffic import Traffic
+from pavefem.traffic import Traffic, read_sumo
 
 BINS: Final = tuple(np.geomspace(1e-5, 1e-2, 31).tolist())
 """Edges of the distribution of pass peaks where they are not given, m: ten for each decade."""
+
+MAKERS: Final[Mapping[str, Callable[..., Traffic]]] = {"generate": Traffic.generate}
+"""Traffic that a scenario file can have made."""
+
+READERS: Final[Mapping[str, Callable[..., Traffic]]] = {"sumo": read_sumo}
+"""Readers of files of traffic, by the name of their format."""
 
 
 def _increasing(numbers: tuple[float, ...]) -> tuple[float, ...]:
@@ -54,10 +60,12 @@ class TrafficScenario(Model):
         [road]
         length = 2000.0
 
-        [traffic.generate]          # or file = "weighed.csv" in [traffic]
+        [traffic]
+        make = "generate"           # or file = "driven.xml", format = "sumo"
         duration = 3600.0
+        seed = 1
 
-        [profile]                   # or one table for each lane, [profile.1], [profile.-1]
+        [profile]                   # or one for each lane: [profile.1], [profile.-1]
         make = "iso8608"
         road_class = "B"
         length = 2100.0
@@ -66,7 +74,7 @@ class TrafficScenario(Model):
         preset = "converged"
 
     Every lane is a strip of its own, the wheel track on which vehicles roll. A lane of the other
-    direction has the number of its lane with a minus sign.
+    direction has its number with a minus sign.
     """
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
@@ -119,8 +127,8 @@ class TrafficScenario(Model):
 
     @field_validator("traffic", mode="before")
     @classmethod
-    def _traffic_from_table(cls, value: Any, info: ValidationInfo) -> Any:
-        return traffic_from_table(value, beside(info)) if isinstance(value, Mapping) else value
+    def _read_traffic(cls, value: Any, info: ValidationInfo) -> Any:
+        return _traffic_from_table(value, beside(info)) if isinstance(value, Mapping) else value
 
     @field_validator("profile", mode="before")
     @classmethod
@@ -200,15 +208,15 @@ class TrafficScenario(Model):
         return self
 
     @cached_property
-    def lanes(self) -> NDArray[np.int64]:
-        """Numbers of the lanes that have traffic, in order; below 0 in the other direction."""
-        return np.unique(self.lane_of)
-
-    @property
     def lane_of(self) -> NDArray[np.int64]:
         """Lane of each passage, below 0 in the other direction."""
         lanes: NDArray[np.int64] = self.traffic.lane * self.traffic.direction
         return lanes
+
+    @cached_property
+    def lanes(self) -> NDArray[np.int64]:
+        """Numbers of the lanes that have traffic, in order; below 0 in the other direction."""
+        return np.unique(self.lane_of)
 
     @property
     def profiles(self) -> Sequence[Profile | None]:
@@ -248,9 +256,13 @@ class TrafficScenario(Model):
         return {"passages": len(traffic), "vehicles": names}
 
 
-def traffic_from_table(table: Mapping[str, Any], folder: Path) -> Traffic:
-    """Read or generate the traffic that a table of a file names."""
+def _traffic_from_table(table: Mapping[str, Any], folder: Path) -> Traffic:
+    """Read or make the traffic that a table of a file names."""
     options = dict(table)
-    if "generate" in options and len(options) == 1:
-        return Traffic.generate(**options["generate"])
-    raise ValueError(f"must have generate = {{...}} or file = ..., has {[*options]}")
+    if "file" not in options:
+        return make("make", MAKERS, options)
+    options["path"] = folder / options.pop("file")
+    try:
+        return make("format", READERS, {"format": "sumo"} | options)
+    except OSError as error:
+        raise ValueError(str(error)) from None

@@ -66,7 +66,7 @@ def default_scenario() -> TrafficScenario:
     """Build the run without a file."""
     return TrafficScenario(
         road=Road(length=_LENGTH),
-        traffic=Traffic.generate(duration=_DURATION, seed=1),
+        traffic=Traffic.generate(duration=_DURATION, seed=1, length=_LENGTH),
         profile=Profile.iso8608("B", length=_LENGTH + 100.0, seed=1),
     )
 

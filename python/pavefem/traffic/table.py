@@ -136,6 +136,15 @@ class Traffic:
                 value = getattr(self, name)[row]
                 raise ValueError(f"{name} = {value:g} of passage {row}: must be {allowed}")
 
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"counts": dict(self.counts)}  # a view of a dictionary does not travel
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state | {"counts": MappingProxyType(state["counts"])})
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.setflags(write=False)
+
     def __len__(self) -> int:
         return self.entry_time.size
 
