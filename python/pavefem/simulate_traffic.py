@@ -183,7 +183,8 @@ class TrafficRun:
         self.scenario = scenario
         of_all_parts = {name: inputs[name] for name in inputs if name not in _OF_A_PART}
         self._inputs = _digest(scenario, of_all_parts)
-        self._begin, self._end = inputs["begin"], inputs["end"]
+        self._begin: int = inputs["begin"]
+        self._end: int = inputs["end"]
         self._columns = inputs["stations"].shape[0]
         _check_size(scenario, inputs)
         self._history: list[NDArray[np.float64]] = []
@@ -292,7 +293,7 @@ class TrafficRun:
 
     def _rows(self, tick: int) -> int:
         """Rows that the histories have at a tick."""
-        every: int = self.scenario.every
+        every = self.scenario.every
         before = -(-self._begin // every)
         return max(before, -(-min(tick, self._end) // every)) - before
 
