@@ -181,6 +181,16 @@ def test_one_vehicle_is_that_of_simulate(entry: float) -> None:
             rtol=1e-4,
             atol=3.0 * part**power,
         )
+    strained = (
+        pf.simulate(ROAD, TRUCK, profile=ROUGH, run_in=40.0, scheme=SCHEME, keep=["strain"])
+        .histories["strain"]
+        .max(axis=0)
+    )
+    # (Where sections meet and at the ends, a node has the strain of one side.)
+    within = ~np.isin(alone.x, [0.0, 90.0, 150.0])
+    np.testing.assert_allclose(
+        lane["max_strain"].to_numpy()[within], strained[within], rtol=0, atol=1e-6 * strained.max()
+    )
     assert alone.forces is not None and alone.deflection is not None
     first = round(entry / DT)
     history = lane["deflection"].to_numpy()[first : first + alone.time.size]
@@ -216,11 +226,11 @@ def test_followers_at_one_speed_are_one_long_vehicle(seed: int) -> None:
 
 def test_followers_converge_to_the_whole_road_at_second_order() -> None:
     """Against the dense solution, exact in time, of all axles together."""
-    passages = random_platoon(4, count=3)
+    passages = random_platoon(4, count=2)
     stations = [30.0, 89.7, 90.0, 120.0]
     off, peak = [], 0.0
     for halvings in (0, 1, 2):
-        scheme = SCHEME.model_copy(update={"dt": 2e-3 / 2**halvings})
+        scheme = SCHEME.model_copy(update={"dt": 1e-3 / 2**halvings})
         found = run(passages, scheme=scheme, stations=stations)
         strip = ROAD.strip(20.0, 65.0, element_length=0.5, foundation="winkler")
         response = _core.Transition.of_strip(strip, scheme.dt)

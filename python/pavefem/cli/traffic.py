@@ -14,6 +14,7 @@ from pavefem._files import check_writable
 from pavefem.cli.terminal import console, print_figures, reporting
 from pavefem.profile import Profile
 from pavefem.road import Road
+from pavefem.scheme import Scheme
 from pavefem.simulate_traffic import TrafficRun, hours
 from pavefem.traffic import Traffic
 from pavefem.traffic_result import TrafficResult
@@ -44,8 +45,9 @@ def traffic(
 ) -> None:
     """Run traffic over a road: print a summary and the worst places, write result.nc and pictures.
 
-    Without a file: ten minutes of generated traffic on 2 km of the paper's pavement, on built-in
-    rough profiles (ISO 8608 class B). Ctrl-C keeps what is done: it is written all the same.
+    Without a file: ten minutes of generated traffic on 2 km of the paper's pavement, on a built-in
+    rough profile (ISO 8608 class B), in elements of 0.5 m. Ctrl-C keeps what is done: it is written
+    all the same.
     """
     inputs = default_scenario() if scenario is None else TrafficScenario.from_toml(scenario)
     if worst < 1:
@@ -68,6 +70,7 @@ def default_scenario() -> TrafficScenario:
         road=Road(length=_LENGTH),
         traffic=Traffic.generate(duration=_DURATION, seed=1, length=_LENGTH),
         profile=Profile.iso8608("B", length=_LENGTH + 100.0, seed=1),
+        scheme=Scheme.converged(element_length=0.5),
     )
 
 
