@@ -70,6 +70,7 @@ class Traffic:
 
     Examples
     --------
+    >>> from pavefem import vehicles
     >>> lorry = vehicles.rigid_truck()
     >>> len(Traffic([lorry], vehicle=[0, 0], entry_time=[0.0, 3.0], speed_kmh=80.0))
     2
