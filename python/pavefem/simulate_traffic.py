@@ -295,7 +295,8 @@ class TrafficRun:
         """Rows that the histories have at a tick."""
         every = self.scenario.every
         before = -(-self._begin // every)
-        return max(before, -(-min(tick, self._end) // every)) - before
+        rows: int = max(before, -(-min(tick, self._end) // every)) - before
+        return rows
 
     def _so_far(self) -> str:
         return f"{self._now:.5g} s of {self._end * self._dt:.5g} s"

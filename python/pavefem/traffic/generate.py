@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pavefem import vehicles
 from pavefem._model import finite_number, two_numbers, whole_number
+from pavefem.vehicle import Vehicle
 
 CLASSES: Final[Mapping[str, float]] = {
     "rigid_truck": 0.35,
@@ -142,7 +143,7 @@ def _with_payload() -> list[str]:
     return [name for name in vehicles.PRESETS if "payload" in _options(name)]
 
 
-def _loaded(name: str, part: float) -> vehicles.Vehicle:
+def _loaded(name: str, part: float) -> Vehicle:
     payload = part * float(_options(name)["payload"].default)
     return vehicles.named(name, payload=payload)
 

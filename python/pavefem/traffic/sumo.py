@@ -90,7 +90,7 @@ def read_sumo(
             sample = _sample(record)
         except ValueError as error:
             if on_error == "refuse":
-                raise FormatError(path, str(error), line=record.line or None) from None
+                raise FormatError(str(error), path=path, line=record.line or None) from None
             counts["broken"] += 1
             problems.append((record.line, str(error)))
             continue
@@ -175,7 +175,7 @@ def _from_xml(path: Path) -> Iterator[_Record]:
                 element.clear()
     except ElementTree.ParseError as error:
         line = error.position[0]
-        raise FormatError(path, f"is not XML: {error}", line=line) from None
+        raise FormatError(f"is not XML: {error}", path=path, line=line) from None
 
 
 def _from_csv(path: Path) -> Iterator[_Record]:
@@ -186,13 +186,13 @@ def _from_csv(path: Path) -> Iterator[_Record]:
             names = [name.removeprefix("vehicle_").removeprefix("timestep_") for name in header]
             missing = {"time", "id", "type", "pos", "lane"} - set(names)
             if missing:
-                raise FormatError(path, f"has no column for {sorted(missing)}", line=1)
+                raise FormatError(f"has no column for {sorted(missing)}", path=path, line=1)
             for line, row in enumerate(rows, start=2):
                 record = dict(zip(names, row, strict=False))
                 if record.get("id") or len(row) != len(names):
                     yield _Record(line, record)
         except (UnicodeDecodeError, csv.Error) as error:
-            raise FormatError(path, f"is not CSV: {error}") from None
+            raise FormatError(f"is not CSV: {error}", path=path) from None
 
 
 def _from_parquet(path: Path) -> Iterator[_Record]:
@@ -202,7 +202,7 @@ def _from_parquet(path: Path) -> Iterator[_Record]:
     names = [str(name).removeprefix("vehicle_").removeprefix("timestep_") for name in table.columns]
     missing = {"time", "id", "type", "pos", "lane"} - set(names)
     if missing:
-        raise FormatError(path, f"has no column for {sorted(missing)}")
+        raise FormatError(f"has no column for {sorted(missing)}", path=path)
     for row in table.itertuples(index=False, name=None):
         record = dict(zip(names, row, strict=True))
         if isinstance(record["id"], str) and record["id"]:
@@ -221,7 +221,8 @@ def _traffic(
     courses: list[tuple[list[float], list[float]]] = []
     for name, track in tracks.items():
         for stretch in _stretches(track):
-            times, places = ([sample[at] for sample in stretch] for at in (1, 4))
+            times = [sample.time for sample in stretch]
+            places = [sample.place for sample in stretch]
             speed = (places[1] - places[0]) / (times[1] - times[0])
             # Lanes of SUMO count from 0, on the right.
             lane = int(stretch[0].lane.rpartition("_")[2]) + 1

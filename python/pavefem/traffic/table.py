@@ -70,6 +70,7 @@ class Traffic:
 
     Examples
     --------
+    >>> from pavefem import vehicles
     >>> lorry = vehicles.rigid_truck()
     >>> len(Traffic([lorry], vehicle=[0, 0], entry_time=[0.0, 3.0], speed_kmh=80.0))
     2
@@ -163,7 +164,7 @@ class Traffic:
         return float(self.entry_time[0]), float(self.entry_time[-1])
 
     def course(self, passage: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Times, s, and places, m, of the breaks of a passage."""
+        """Return times, s, and places, m, of the breaks of a passage."""
         own = slice(self.breaks_start[passage], self.breaks_start[passage + 1])
         return self.breaks_time[own], self.breaks_place[own]
 

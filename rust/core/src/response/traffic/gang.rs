@@ -349,6 +349,8 @@ impl<'a> Walker<'a> {
             let rear = front - self.on.axles[last].behind;
             let middle = 0.5 * (rear + follower.places[1]);
             let reach = follower.on.first + follower.nodes;
+            // Who drives through the one ahead leaves it the nodes that its axle has not reached.
+            let reach = reach.min(self.on.axles[last].reached);
             while self.cursors[last].left < middle && self.on.axles[last].left < reach {
                 let node = self.on.axles[last].left;
                 let passed = self.taken(&mut vectors[at], node);
