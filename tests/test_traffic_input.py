@@ -41,7 +41,7 @@ def test_rows_are_sorted_by_entry() -> None:
     ],
 )
 def test_mistakes_are_named(changes: dict[str, Any], message: str) -> None:
-    columns = {"vehicle": [0], "entry_time": [0.0], "speed_kmh": [80.0]} | changes
+    columns: dict[str, Any] = {"vehicle": [0], "entry_time": [0.0], "speed_kmh": [80.0], **changes}
     with pytest.raises(ValueError, match=message):
         pf.Traffic([LORRY], **columns)
 
