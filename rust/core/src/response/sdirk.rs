@@ -29,7 +29,9 @@ use pulp::Simd;
 pub(crate) use number::Number;
 pub(crate) use step::Notes;
 
-use self::rows::{EVEN, Even, FACTORS, Laned, ROWS, Rows, Shared, even, factored, lengthened};
+use self::rows::{
+    EVEN, Each, Even, FACTORS, Laned, ROWS, Rows, Shared, even, factored, lengthened,
+};
 use self::step::{Noting, step};
 use crate::aligned::Aligned;
 use crate::pavement::Mesh;
@@ -349,42 +351,25 @@ impl<R: Number> Windows<R> {
     #[inline(always)]
     pub(super) fn step<S: Simd>(&mut self, simd: S) {
         let uniform = |content: &Content| matches!(content, Content::Uniform(_));
-        if self.contents.iter().flatten().all(uniform) {
+        let uniform = self.contents.iter().flatten().all(uniform);
+        if !uniform && self.shared.is_none() {
+            self.freshen();
+        }
+        let one = |values: &[R]| R::vectors::<S>(values)[0];
+        let noting = Noting { shut: one(&self.shut), now: one(&self.now), sharp: one(&self.sharp) };
+        let nodes = R::vectors_mut::<S>(&mut self.motion).as_chunks_mut::<NODE>().0;
+        let all = self.nodes + 2;
+        let walk: Walk<'_, S, R> = Walk { simd, h: self.h, notes: self.notes, nodes, noting };
+        if uniform {
             let row = &R::vectors::<S>(&self.even).as_chunks::<EVEN>().0[0];
             let factors = R::vectors::<S>(&self.factors).as_chunks::<FACTORS>().0;
             let differing = self.differing.iter().copied().max().unwrap_or(1);
-            let factors = &factors[..differing.min(self.nodes + 2)];
-            let rows = Even::<S, R> { row, factors };
-            stepped(
-                simd,
-                self.h,
-                self.notes,
-                rows,
-                &mut self.motion,
-                [&self.shut, &self.now, &self.sharp],
-            );
+            walk.by(Even { row, factors: &factors[..differing.min(all)] });
         } else if let Some(shared) = &self.shared {
-            let rows = Shared(&shared[..self.nodes + 2]);
-            stepped(
-                simd,
-                self.h,
-                self.notes,
-                rows,
-                &mut self.motion,
-                [&self.shut, &self.now, &self.sharp],
-            );
+            walk.by(Each(Shared(&shared[..all])));
         } else {
-            self.freshen();
             let rows = R::vectors::<S>(&self.laned).as_chunks::<ROWS>().0;
-            let rows = Laned::<S, R>(&rows[..self.nodes + 2]);
-            stepped(
-                simd,
-                self.h,
-                self.notes,
-                rows,
-                &mut self.motion,
-                [&self.shut, &self.now, &self.sharp],
-            );
+            walk.by(Each(Laned(&rows[..all])));
         }
     }
 
@@ -403,23 +388,26 @@ impl<R: Number> Windows<R> {
     }
 }
 
-/// A step by rows of one kind.
-#[inline(always)]
-fn stepped<S: Simd, R: Number, M: Rows<S, R>>(
+/// A step of all nodes, whatever their rows.
+struct Walk<'a, S: Simd, R: Number> {
     simd: S,
     h: f64,
     notes: Notes,
-    rows: M,
-    motion: &mut [R],
-    noting: [&[R]; 3],
-) {
-    let [shut, now, sharp] = noting.map(|values| R::vectors::<S>(values)[0]);
-    let noting = Noting { shut, now, sharp };
-    let nodes = R::vectors_mut::<S>(motion).as_chunks_mut::<NODE>().0;
-    match notes {
-        Notes::Steps => step::<S, R, M, { Notes::Steps as u8 }>(simd, h, rows, nodes, noting),
-        Notes::Vertices => step::<S, R, M, { Notes::Vertices as u8 }>(simd, h, rows, nodes, noting),
-        Notes::Crowd => step::<S, R, M, { Notes::Crowd as u8 }>(simd, h, rows, nodes, noting),
+    nodes: &'a mut [[R::Vector<S>; NODE]],
+    noting: Noting<R::Vector<S>>,
+}
+
+impl<S: Simd, R: Number> Walk<'_, S, R> {
+    #[inline(always)]
+    fn by<M: Rows<S, R>>(self, rows: M) {
+        let Self { simd, h, notes, nodes, noting } = self;
+        match notes {
+            Notes::Steps => step::<S, R, M, { Notes::Steps as u8 }>(simd, h, rows, nodes, noting),
+            Notes::Vertices => {
+                step::<S, R, M, { Notes::Vertices as u8 }>(simd, h, rows, nodes, noting);
+            }
+            Notes::Crowd => step::<S, R, M, { Notes::Crowd as u8 }>(simd, h, rows, nodes, noting),
+        }
     }
 }
 

@@ -56,20 +56,13 @@ pub(super) trait Rows<S: Simd, R: Number>: Copy {
 }
 
 /// One row for all nodes, in each lane its own; and the factors, which change no more from some node on.
-pub(super) struct Even<'a, S: Simd, R: Number> {
-    pub(super) row: &'a [R::Vector<S>; EVEN],
-    pub(super) factors: &'a [[R::Vector<S>; FACTORS]],
+#[derive(Clone, Copy)]
+pub(super) struct Even<'a, V> {
+    pub(super) row: &'a [V; EVEN],
+    pub(super) factors: &'a [[V; FACTORS]],
 }
 
-impl<S: Simd, R: Number> Clone for Even<'_, S, R> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S: Simd, R: Number> Copy for Even<'_, S, R> {}
-
-impl<S: Simd, R: Number> Rows<S, R> for Even<'_, S, R> {
+impl<S: Simd, R: Number> Rows<S, R> for Even<'_, R::Vector<S>> {
     /// The sums and differences of the neighbours serve all matrices: the compiler sees it.
     #[inline(always)]
     fn apply(
@@ -116,11 +109,39 @@ impl<S: Simd, R: Number> Rows<S, R> for Even<'_, S, R> {
     }
 }
 
-/// A row for each node, one copy for all lanes.
+/// A row for each node.
+#[derive(Clone, Copy)]
+pub(super) struct Each<N>(pub(super) N);
+
+/// The numbers of a row for each node.
+pub(super) trait Numbers<S: Simd, R: Number>: Copy {
+    fn number(self, simd: S, node: usize, number: usize) -> R::Vector<S>;
+}
+
+/// One copy of them for all lanes.
 #[derive(Clone, Copy)]
 pub(super) struct Shared<'a>(pub(super) &'a [[f64; ROWS]]);
 
-impl<S: Simd, R: Number> Rows<S, R> for Shared<'_> {
+impl<S: Simd, R: Number> Numbers<S, R> for Shared<'_> {
+    #[inline(always)]
+    fn number(self, simd: S, node: usize, number: usize) -> R::Vector<S> {
+        R::splat(simd, self.0[node][number])
+    }
+}
+
+/// Those of each lane.
+#[derive(Clone, Copy)]
+pub(super) struct Laned<'a, V>(pub(super) &'a [[V; ROWS]]);
+
+impl<S: Simd, R: Number> Numbers<S, R> for Laned<'_, R::Vector<S>> {
+    #[inline(always)]
+    fn number(self, _: S, node: usize, number: usize) -> R::Vector<S> {
+        self.0[node][number]
+    }
+}
+
+impl<S: Simd, R: Number, N: Numbers<S, R>> Rows<S, R> for Each<N> {
+    /// In two sums a row, whose latencies overlap.
     #[inline(always)]
     fn apply(
         self,
@@ -130,12 +151,24 @@ impl<S: Simd, R: Number> Rows<S, R> for Shared<'_> {
         x: usize,
         i: usize,
     ) -> [R::Vector<S>; 2] {
-        apply::<S, R>(simd, |node, k| R::splat(simd, self.0[node][k]), matrix, nodes, x, i)
+        let a = |node, k| self.0.number(simd, node, matrix as usize * ROW + k);
+        let (left, here, right) =
+            (pair(&nodes[i - 1], x), pair(&nodes[i], x), pair(&nodes[i + 1], x));
+        let row = |[l0, l1, h0, h1, r0, r1]: [R::Vector<S>; 6]| {
+            let near = R::mul_add(simd, h1, here[1], R::mul(simd, h0, here[0]));
+            let near = R::mul_add(simd, l0, left[0], near);
+            let far = R::mul_add(simd, r1, right[1], R::mul(simd, r0, right[0]));
+            R::add(simd, near, R::mul_add(simd, l1, left[1], far))
+        };
+        [
+            row([a(i - 1, 3), a(i - 1, 5), a(i, 0), a(i, 1), a(i, 3), a(i, 4)]),
+            row([a(i - 1, 4), a(i - 1, 6), a(i, 1), a(i, 2), a(i, 5), a(i, 6)]),
+        ]
     }
 
     #[inline(always)]
     fn factor(self, simd: S, i: usize, number: usize) -> R::Vector<S> {
-        R::splat(simd, self.0[i][FACTOR + number])
+        self.0.number(simd, i, FACTOR + number)
     }
 
     #[inline(always)]
@@ -146,90 +179,15 @@ impl<S: Simd, R: Number> Rows<S, R> for Shared<'_> {
         u: usize,
         i: usize,
     ) -> R::Vector<S> {
-        curvature::<S, R>(simd, |k| R::splat(simd, self.0[i][CURVATURE + k]), nodes, u, i)
-    }
-}
-
-/// A row for each node and lane.
-pub(super) struct Laned<'a, S: Simd, R: Number>(pub(super) &'a [[R::Vector<S>; ROWS]]);
-
-impl<S: Simd, R: Number> Clone for Laned<'_, S, R> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<S: Simd, R: Number> Copy for Laned<'_, S, R> {}
-
-impl<S: Simd, R: Number> Rows<S, R> for Laned<'_, S, R> {
-    #[inline(always)]
-    fn apply(
-        self,
-        simd: S,
-        matrix: Matrix,
-        nodes: &[[R::Vector<S>; NODE]],
-        x: usize,
-        i: usize,
-    ) -> [R::Vector<S>; 2] {
-        apply::<S, R>(simd, |node, k| self.0[node][k], matrix, nodes, x, i)
-    }
-
-    #[inline(always)]
-    fn factor(self, _: S, i: usize, number: usize) -> R::Vector<S> {
-        self.0[i][FACTOR + number]
-    }
-
-    #[inline(always)]
-    fn curvature(
-        self,
-        simd: S,
-        nodes: &[[R::Vector<S>; NODE]],
-        u: usize,
-        i: usize,
-    ) -> R::Vector<S> {
-        curvature::<S, R>(simd, |k| self.0[i][CURVATURE + k], nodes, u, i)
-    }
-}
-
-/// Block row `i` of a matrix times a pair of each node, in two sums a row, whose latencies overlap.
-#[inline(always)]
-fn apply<S: Simd, R: Number>(
-    simd: S,
-    number: impl Fn(usize, usize) -> R::Vector<S>,
-    matrix: Matrix,
-    nodes: &[[R::Vector<S>; NODE]],
-    x: usize,
-    i: usize,
-) -> [R::Vector<S>; 2] {
-    let a = |node, k| number(node, matrix as usize * ROW + k);
-    let (left, here, right) = (pair(&nodes[i - 1], x), pair(&nodes[i], x), pair(&nodes[i + 1], x));
-    let row = |[l0, l1, h0, h1, r0, r1]: [R::Vector<S>; 6]| {
-        let near = R::mul_add(simd, h1, here[1], R::mul(simd, h0, here[0]));
-        let near = R::mul_add(simd, l0, left[0], near);
-        let far = R::mul_add(simd, r1, right[1], R::mul(simd, r0, right[0]));
-        R::add(simd, near, R::mul_add(simd, l1, left[1], far))
-    };
-    [
-        row([a(i - 1, 3), a(i - 1, 5), a(i, 0), a(i, 1), a(i, 3), a(i, 4)]),
-        row([a(i - 1, 4), a(i - 1, 6), a(i, 1), a(i, 2), a(i, 5), a(i, 6)]),
-    ]
-}
-
-#[inline(always)]
-fn curvature<S: Simd, R: Number>(
-    simd: S,
-    weight: impl Fn(usize) -> R::Vector<S>,
-    nodes: &[[R::Vector<S>; NODE]],
-    u: usize,
-    i: usize,
-) -> R::Vector<S> {
-    let mut sum = R::splat(simd, 0.0);
-    for (at, node) in nodes[i - 1..=i + 1].iter().enumerate() {
-        for k in 0..2 {
-            sum = R::mul_add(simd, weight(2 * at + k), node[u + k], sum);
+        let mut sum = R::splat(simd, 0.0);
+        for (at, node) in nodes[i - 1..=i + 1].iter().enumerate() {
+            for k in 0..2 {
+                let weight = self.0.number(simd, i, CURVATURE + 2 * at + k);
+                sum = R::mul_add(simd, weight, node[u + k], sum);
+            }
         }
+        sum
     }
-    sum
 }
 
 /// The block rows that a step reads, of so many nodes from `first` on and of one on both sides.
@@ -257,18 +215,16 @@ pub(super) fn even(
     let blocks = mesh.block_row_within(element);
     let mut factors = Factors::new();
     let mut found = vec![[0.0; FACTORS]];
-    let mut row = [0.0; ROWS];
     for _ in 0..nodes {
         factors.next(&blocks, h, [false; 2]);
-        row = numbers(&blocks, &factors, even_curvature(mesh, element), h);
-        let mut now = [0.0; FACTORS];
-        now.copy_from_slice(&row[FACTOR..CURVATURE]);
+        let now = factors.numbers();
         let settled = found.last() == Some(&now);
         found.push(now);
         if settled {
             break;
         }
     }
+    let row = numbers(&blocks, &factors, even_curvature(mesh, element), h);
     (shortened(&row), found)
 }
 
@@ -326,6 +282,19 @@ impl Factors {
         self.inverse = pivot.try_inverse().unwrap_or(Matrix2::repeat(f64::NAN));
         self.right = sum(1);
     }
+
+    fn numbers(&self) -> [f64; FACTORS] {
+        let ([a, b, c], [d, e, f, g]) = (symmetric(&self.inverse), whole(&self.lower));
+        [d, e, f, g, a, b, c]
+    }
+}
+
+fn symmetric(a: &Matrix2<f64>) -> [f64; 3] {
+    [a[(0, 0)], a[(0, 1)], a[(1, 1)]]
+}
+
+fn whole(a: &Matrix2<f64>) -> [f64; 4] {
+    [a[(0, 0)], a[(0, 1)], a[(1, 0)], a[(1, 1)]]
 }
 
 fn numbers(
@@ -336,14 +305,11 @@ fn numbers(
 ) -> [f64; ROWS] {
     let later = [0, 1].map(|k| (mass[k] - stiffness[k] * (h * h)) * LATE);
     let stiffness = stiffness.map(|block| block * h);
-    let symmetric = |a: &Matrix2<f64>| [a[(0, 0)], a[(0, 1)], a[(1, 1)]];
-    let whole = |a: &Matrix2<f64>| [a[(0, 0)], a[(0, 1)], a[(1, 0)], a[(1, 1)]];
     let row = |[diagonal, right]: &[Matrix2<f64>; 2]| {
         let ([a, b, c], [d, e, f, g]) = (symmetric(diagonal), whole(right));
         [a, b, c, d, e, f, g]
     };
-    let ([a, b, c], [d, e, f, g]) = (symmetric(&factors.inverse), whole(&factors.lower));
-    let blocks = [row(mass), row(&stiffness), row(&later), [d, e, f, g, a, b, c]];
+    let blocks = [row(mass), row(&stiffness), row(&later), factors.numbers()];
     let mut numbers = [0.0; ROWS];
     numbers[..CURVATURE].copy_from_slice(blocks.as_flattened());
     numbers[CURVATURE..].copy_from_slice(&curvature);
@@ -382,17 +348,17 @@ fn curvature_at(mesh: &Mesh, node: usize) -> [f64; 6] {
         return even_curvature(mesh, node);
     }
     if ahead {
-        let h = mesh.node(node + 1) - mesh.node(node);
+        let h = mesh.step(node);
         [0.0, 0.0, -6.0, -4.0 * h, 6.0, -2.0 * h].map(|weight| weight / (h * h))
     } else {
-        let h = mesh.node(node) - mesh.node(node - 1);
+        let h = mesh.step(node - 1);
         [6.0, 2.0 * h, -6.0, 4.0 * h, 0.0, 0.0].map(|weight| weight / (h * h))
     }
 }
 
 /// The same within a uniform stretch.
 fn even_curvature(mesh: &Mesh, element: usize) -> [f64; 6] {
-    let h = mesh.node(element + 1) - mesh.node(element);
+    let h = mesh.step(element);
     let [bend, turn] = match mesh.foundation() {
         Foundation::Winkler => [2.0, 0.5],
         // The mean of both elements' own.
