@@ -25,6 +25,7 @@ pub mod analytical;
 pub mod asphalt;
 pub mod coupling;
 pub mod error;
+mod lanes;
 pub mod linalg;
 pub mod pavement;
 pub mod response;

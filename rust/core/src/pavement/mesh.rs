@@ -251,6 +251,11 @@ impl Mesh {
         self.pieces.iter().map(Piece::step).fold(f64::INFINITY, f64::min)
     }
 
+    /// Length of an element, m: to the last digit that of all others of its section.
+    pub(crate) fn step(&self, element: usize) -> f64 {
+        self.piece(element).step()
+    }
+
     /// Longest element, m.
     pub(crate) fn longest(&self) -> f64 {
         self.pieces.iter().map(Piece::step).fold(0.0, f64::max)
@@ -307,7 +312,14 @@ impl Mesh {
             section.check(number, piece.step())?;
             piece.matrices = section.matrices(piece.step(), self.foundation);
         }
-        Ok(Self { sections: sections.to_vec(), pieces, ..self.clone() })
+        let Self { foundation, ends, .. } = *self;
+        Ok(Self {
+            sections: sections.to_vec(),
+            pieces,
+            nodes: Arc::clone(&self.nodes),
+            foundation,
+            ends,
+        })
     }
 
     /// Whether all elements from one up to another, both included, are equal.

@@ -19,7 +19,7 @@ mod state;
 use std::num::NonZero;
 use std::ops::Range;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 pub use crate::vehicle::course::Break;
 pub use events::{Ride, Totals, Worst};
@@ -27,13 +27,13 @@ pub use model::{
     Carriageway, Discretisation, Inputs, Lane, Outcome, Passage, Precision, Surface, TOLERANCE,
 };
 
-use self::events::Adding;
 use self::gang::{Done, Member, OnRoad, Walk};
 use self::model::Model;
 use self::pack::{Candidate, Gang, pack};
 use self::rolling::{Rolled, roll};
 use super::window::nodes_over;
 use crate::error::Result;
+use crate::lanes::lanes;
 use crate::threads::in_order;
 
 /// Ticks between two packings.
@@ -197,9 +197,8 @@ impl Traffic {
         let done = self.walk(&ticks, &rolled)?;
         let columns = self.model.inputs.outcome.stations.len();
         let mut history = vec![0.0; columns * INTERVAL as usize];
-        let adding = Adding::new(&self.model);
         for (numbers, Done { members, events, history: more }) in done {
-            adding.add(&events, &mut self.totals, &mut self.worst);
+            events.add_to(&self.model, &mut self.totals, &mut self.worst);
             history.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
             self.steps += members.len() as u64 * INTERVAL as u64;
             for (number, on) in numbers.into_iter().zip(members) {
@@ -226,7 +225,7 @@ impl Traffic {
         let model = &self.model;
         for Active { passage, begin, on, .. } in &mut self.active {
             if on.is_none() && begin.moves <= ticks.end {
-                let window = model.window(&model.inputs.passages[*passage]);
+                let window = model.window(*passage);
                 let nodes = nodes_over(model.geometry(0), window);
                 *on = Some(OnRoad::new(model, *passage, (begin.moves, begin.late), nodes));
             }
@@ -241,7 +240,8 @@ impl Traffic {
         let (numbers, candidates): (Vec<usize>, Vec<Candidate>) =
             self.active.iter().enumerate().filter_map(moving).unzip();
         let single = self.model.inputs.scheme.precision == Precision::Single;
-        let lanes = Arch::new().dispatch(CountLanes { single });
+        let [double, of_single] = lanes();
+        let lanes = if single { of_single } else { double };
         let mut gangs = pack(&candidates, lanes);
         // The largest first, so that no thread is left with one at the end.
         gangs.sort_by_key(|gang| std::cmp::Reverse(gang.len()));
@@ -256,7 +256,7 @@ impl Traffic {
             let member = |(cluster, at): (usize, usize)| {
                 let number = numbers[at];
                 let on = self.active[number].on.clone()?;
-                let reach = self.model.reach(&self.model.inputs.passages[on.passage]);
+                let reach = self.model.reaches[on.passage];
                 let forces = rolled.of(number);
                 let (behind, memory) = (reach.behind, reach.memory);
                 Some(Member { on, forces, behind, memory, cluster })
@@ -279,7 +279,7 @@ impl Traffic {
             (&self.model.inputs.passages[on.passage], &self.model.courses[on.passage]);
         let mesh = self.model.geometry(0);
         let length = mesh.shortest() * (on.nodes - 1) as f64;
-        let reach = self.model.reach(passage);
+        let reach = self.model.reaches[on.passage];
         let span = self.model.inputs.vehicles[passage.vehicle].length();
         let at = |tick: i64| {
             let begin = (course.place(tick) - span - reach.behind).max(0.0);
@@ -312,7 +312,7 @@ impl Begin {
     fn of(model: &Model, number: usize) -> Self {
         let Inputs { passages, vehicles, outcome, lanes, .. } = &model.inputs;
         let (passage, course) = (&passages[number], &model.courses[number]);
-        let (mesh, reach) = (model.geometry(0), model.reach(passage));
+        let (mesh, reach) = (model.geometry(0), model.reaches[number]);
         let dt = model.dt();
         let ticks = passage.breaks.first().map_or(0.0, |at| at.time / dt);
         // Where the road begins, the step in which it comes onto it counts too.
@@ -323,7 +323,7 @@ impl Begin {
         // So long ahead of what counts, all that comes of it begins.
         let mut moves = comes;
         if outcome.ticks.start > comes {
-            let ahead = course.place(outcome.ticks.start) - model.window(passage);
+            let ahead = course.place(outcome.ticks.start) - model.window(number);
             let node = course.first_from(ahead).min(outcome.ticks.start);
             moves = moves.max(node - reach.memory);
         }
@@ -339,17 +339,3 @@ impl Begin {
 
 /// How near a tick an entry counts as at it, in ticks.
 const NEAR: f64 = 1e-6;
-
-/// Lanes of a vector of motions.
-struct CountLanes {
-    single: bool,
-}
-
-impl WithSimd for CountLanes {
-    type Output = usize;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> usize {
-        if self.single { S::F32_LANES } else { S::F64_LANES }
-    }
-}

@@ -57,6 +57,11 @@ impl<'a> Profile<'a> {
         Ok(Self { x, z, interpolation })
     }
 
+    /// Hold samples that were checked before.
+    pub(crate) fn held(x: &'a [f64], z: &'a [f64], interpolation: Interpolation) -> Self {
+        Self { x, z, interpolation }
+    }
+
     /// How tires feel the samples.
     pub(crate) fn interpolation(&self) -> Interpolation {
         self.interpolation

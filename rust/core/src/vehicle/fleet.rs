@@ -6,7 +6,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::Arch;
 
 use super::contact::Profile;
 use super::linear::Lanes;
@@ -15,6 +15,7 @@ use super::nonlinear;
 use super::record::{Keep, Record};
 use super::run::{Passage, Run};
 use crate::error::{Result, Watch, go_on};
+use crate::lanes::lanes;
 
 /// How often the threads of a fleet are looked after.
 const INTERVAL: Duration = Duration::from_millis(20);
@@ -102,7 +103,7 @@ fn steps(passages: &[Passage<'_>], group: &[usize]) -> usize {
 
 /// Numbers of the passages that go side by side, the longest first.
 fn groups(passages: &[Passage<'_>]) -> Vec<Vec<usize>> {
-    let lanes = Arch::new().dispatch(CountLanes);
+    let [lanes, _] = lanes();
     let kind = |&number: &usize| {
         let Passage { vehicle, run } = &passages[number];
         let alone = if passages[number].is_linear() { 0 } else { 1 + number };
@@ -120,17 +121,6 @@ fn groups(passages: &[Passage<'_>]) -> Vec<Vec<usize>> {
         .collect();
     groups.sort_by_key(|group| std::cmp::Reverse(steps(passages, group)));
     groups
-}
-
-struct CountLanes;
-
-impl WithSimd for CountLanes {
-    type Output = usize;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> usize {
-        S::F64_LANES
-    }
 }
 
 /// Share the groups out among threads while this one watches.

@@ -147,23 +147,15 @@ impl Totals {
     }
 }
 
-/// Adds events up.
-pub(super) struct Adding<'a> {
-    model: &'a Model,
-    powers: Vec<Power>,
-    /// Half the thickness of the beam at each node of each carriageway, m.
-    fibre: Vec<Vec<f64>>,
-}
-
 /// How a number is raised to a power.
 #[derive(Debug, Clone, Copy)]
-enum Power {
+pub(super) enum Power {
     Whole(i32),
     Any(f64),
 }
 
 impl Power {
-    fn of(exponent: f64) -> Self {
+    pub(super) fn of(exponent: f64) -> Self {
         if exponent.fract() == 0.0 { Self::Whole(exponent as i32) } else { Self::Any(exponent) }
     }
 
@@ -176,25 +168,13 @@ impl Power {
     }
 }
 
-impl<'a> Adding<'a> {
-    pub(super) fn new(model: &'a Model) -> Self {
-        let powers = model.inputs.outcome.powers.iter().map(|&power| Power::of(power)).collect();
-        let fibre = model.inputs.roads.iter().enumerate().map(|(number, road)| {
-            let mesh = model.geometry(number);
-            let last = mesh.elements() - 1;
-            let half = |node: usize| 0.5 * road.thickness[mesh.number(node.min(last))];
-            (0..mesh.len()).map(half).collect()
-        });
-        Self { model, powers, fibre: fibre.collect() }
-    }
-
-    /// Add what a gang has seen.
-    pub(super) fn add(&self, events: &Events, lanes: &mut [Totals], worst: &mut [Worst]) {
-        let Model { inputs, counted, .. } = self.model;
-        let dt = self.model.dt();
+impl Events {
+    /// Add all that has been seen to what was before.
+    pub(super) fn add_to(&self, model: &Model, lanes: &mut [Totals], worst: &mut [Worst]) {
+        let Model { inputs, counted, powers, fibre, .. } = model;
+        let dt = model.dt();
         let bins = &inputs.outcome.bins;
-        let powers = self.powers.len();
-        for event in &events.passes {
+        for event in &self.passes {
             let (node, Noted { lowest, highest, when, curvature }) = (event.node, event.passed);
             let lane = inputs.passages[event.passage].lane;
             let road = inputs.lanes[lane].road;
@@ -202,7 +182,7 @@ impl<'a> Adding<'a> {
                 continue;
             }
             let totals = &mut lanes[lane];
-            let strain = curvature * self.fibre[road][node];
+            let strain = curvature * fibre[road][node];
             if lowest < totals.lowest[node] {
                 totals.lowest[node] = lowest;
                 totals.time_of_lowest[node] = when * dt;
@@ -212,7 +192,7 @@ impl<'a> Adding<'a> {
             let worst = &mut worst[event.passage];
             if lowest < worst.lowest {
                 worst.lowest = lowest;
-                worst.place = self.model.geometry(road).node(node);
+                worst.place = model.geometry(road).node(node);
             }
             worst.strain = worst.strain.max(strain);
             if !event.counts {
@@ -223,19 +203,19 @@ impl<'a> Adding<'a> {
                 let bin = bins.partition_point(|edge| *edge <= -lowest);
                 totals.histogram[node * (bins.len() + 1) + bin] += 1;
             }
-            for (at, power) in (node * powers..).zip(&self.powers) {
+            for (at, power) in (node * powers.len()..).zip(powers) {
                 totals.deflection_powers[at] += power.raise(-lowest);
                 totals.strain_powers[at] += power.raise(strain);
             }
         }
-        for &Crossing { passage, node, force } in &events.crossings {
+        for &Crossing { passage, node, force } in &self.crossings {
             let lane = inputs.passages[passage].lane;
             if !counted[inputs.lanes[lane].road].contains(&node) {
                 continue;
             }
             let totals = &mut lanes[lane];
             totals.force[node] = totals.force[node].max(force);
-            for (at, power) in (node * powers..).zip(&self.powers) {
+            for (at, power) in (node * powers.len()..).zip(powers) {
                 totals.force_powers[at] += power.raise(force.max(0.0));
             }
         }

@@ -79,7 +79,7 @@ impl OnRoad {
         let mesh = model.geometry(model.inputs.lanes[passage.lane].road);
         let place = course.place(tick);
         let offsets: Vec<f64> = vehicle.axle_places().collect();
-        let start = place - vehicle.length() - model.reach(passage).behind;
+        let start = place - vehicle.length() - model.reaches[number].behind;
         let first = first_before(mesh, start.max(0.0), nodes, 0);
         // At a node but for rounding is at the node.
         let ahead = |x: f64| mesh.nodes().partition_point(|node| *node < x - NEAR);

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::events::Power;
 use crate::error::{Result, check, check_count, invalid, positive};
 use crate::pavement::load::Contact;
 use crate::pavement::mesh::Place;
@@ -157,13 +158,16 @@ pub(super) struct Model {
     pub(super) courses: Vec<Course>,
     /// A mesh of each carriageway, in its first class.
     meshes: Vec<Mesh>,
-    /// By increasing speed.
-    reaches: Vec<Reach>,
+    /// Of each passage: how far windows go at its speeds, and how long what it leaves behind lasts.
+    pub(super) reaches: Vec<Reach>,
     /// A step of each vehicle, over lines and over a staircase.
     steps: Vec<[Option<Step>; 2]>,
     pub(super) stations: Vec<Station>,
     /// Nodes of each carriageway that count.
     pub(super) counted: Vec<Range<usize>>,
+    /// Half the thickness of the beam at each node of each carriageway, m.
+    pub(super) fibre: Vec<Vec<f64>>,
+    pub(super) powers: Vec<Power>,
 }
 
 impl Model {
@@ -185,6 +189,8 @@ impl Model {
             steps: Vec::new(),
             stations: Vec::new(),
             counted: counted(&meshes, inputs.outcome.part),
+            fibre: Vec::new(),
+            powers: inputs.outcome.powers.iter().map(|&power| Power::of(power)).collect(),
             meshes,
             inputs,
         };
@@ -192,6 +198,7 @@ impl Model {
         let course = |passage: &Passage| Course::new(&passage.breaks, scheme.dt);
         model.courses = model.inputs.passages.iter().map(course).collect::<Result<_>>()?;
         model.reaches = model.found_reaches()?;
+        model.fibre = model.found_fibres();
         model.steps = model.found_steps()?;
         model.stations = model.placed_stations()?;
         Ok(model)
@@ -211,6 +218,7 @@ impl Model {
                 return Err(invalid(format!("road {number}"), "sections", allowed));
             }
         }
+        surfaces.iter().try_for_each(Surface::check)?;
         for (number, lane) in lanes.iter().enumerate() {
             below(format!("road of lane {number}"), lane.road, roads.len())?;
             if let Some(surface) = lane.surface {
@@ -282,31 +290,35 @@ impl Model {
         self.steps[passage.vehicle][usize::from(surface.jumps())].as_ref()
     }
 
-    /// How far windows go at the speeds of a passage, and how long what it leaves behind lasts.
-    pub(super) fn reach(&self, passage: &Passage) -> Reach {
-        let speeds = || passage.breaks.iter().map(|at| at.speed);
-        let (slowest, fastest) =
-            (speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max));
-        let at = |speed: f64| self.reaches.partition_point(|reach| reach.speed < speed);
-        let last = self.reaches.len() - 1;
-        let (from, to) = (at(slowest).saturating_sub(1), at(fastest).min(last));
-        let most = |a: Reach, b: Reach| Reach {
-            speed: b.speed,
-            ahead: a.ahead.max(b.ahead),
-            behind: a.behind.max(b.behind),
-            memory: a.memory.max(b.memory),
-        };
-        self.reaches[from..=to].iter().copied().reduce(most).unwrap_or(self.reaches[last])
+    /// Length of a passage's window, m.
+    pub(super) fn window(&self, number: usize) -> f64 {
+        let (reach, vehicle) = (self.reaches[number], self.inputs.passages[number].vehicle);
+        reach.ahead + self.inputs.vehicles[vehicle].length() + reach.behind
     }
 
-    /// Length of a passage's window, m.
-    pub(super) fn window(&self, passage: &Passage) -> f64 {
-        let reach = self.reach(passage);
-        reach.ahead + self.inputs.vehicles[passage.vehicle].length() + reach.behind
+    /// Of each passage, the farthest reach at any of its speeds.
+    fn found_reaches(&self) -> Result<Vec<Reach>> {
+        let by_speed = self.reaches_by_speed()?;
+        let of = |passage: &Passage| {
+            let speeds = || passage.breaks.iter().map(|at| at.speed);
+            let (slowest, fastest) =
+                (speeds().fold(f64::INFINITY, f64::min), speeds().fold(0.0, f64::max));
+            let at = |speed: f64| by_speed.partition_point(|reach| reach.speed < speed);
+            let last = by_speed.len() - 1;
+            let (from, to) = (at(slowest).saturating_sub(1), at(fastest).min(last));
+            let most = |a: Reach, b: Reach| Reach {
+                speed: b.speed,
+                ahead: a.ahead.max(b.ahead),
+                behind: a.behind.max(b.behind),
+                memory: a.memory.max(b.memory),
+            };
+            by_speed[from..=to].iter().copied().reduce(most).unwrap_or(by_speed[last])
+        };
+        Ok(self.inputs.passages.iter().map(of).collect())
     }
 
     /// Reaches at speeds from the slowest to the fastest.
-    fn found_reaches(&self) -> Result<Vec<Reach>> {
+    fn reaches_by_speed(&self) -> Result<Vec<Reach>> {
         let Inputs { scheme, passages, .. } = &self.inputs;
         let pieces = passages.iter().flat_map(|passage| {
             let speeds = passage.breaks.iter().map(|at| at.speed);
@@ -337,6 +349,15 @@ impl Model {
             reaches.push(Reach { speed, ahead, behind, memory: steps as i64 + 1 });
         }
         Ok(reaches)
+    }
+
+    fn found_fibres(&self) -> Vec<Vec<f64>> {
+        let of = |(road, mesh): (&Carriageway, &Mesh)| {
+            let last = mesh.elements() - 1;
+            let half = |node: usize| 0.5 * road.thickness[mesh.number(node.min(last))];
+            (0..mesh.len()).map(half).collect()
+        };
+        self.inputs.roads.iter().zip(&self.meshes).map(of).collect()
     }
 
     /// The steps of each vehicle over the surfaces that it comes onto.
@@ -376,8 +397,13 @@ impl Surface {
         self.interpolation == Interpolation::Staircase
     }
 
-    pub(super) fn profile(&self) -> Result<Profile<'_>> {
-        Profile::new(&self.x, &self.z, self.interpolation)
+    fn check(&self) -> Result<()> {
+        Profile::new(&self.x, &self.z, self.interpolation).map(|_| ())
+    }
+
+    /// The profile, once it is checked.
+    pub(super) fn held(&self) -> Profile<'_> {
+        Profile::held(&self.x, &self.z, self.interpolation)
     }
 }
 

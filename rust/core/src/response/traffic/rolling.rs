@@ -7,8 +7,9 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::Active;
 use super::gang::Forces;
-use super::model::Model;
+use super::model::{Model, Surface};
 use crate::error::Result;
+use crate::lanes::lanes;
 use crate::threads::in_order;
 use crate::vehicle::Profile;
 use crate::vehicle::linear::{Abreast, Member};
@@ -45,9 +46,8 @@ pub(super) fn roll(
     ticks: &Range<i64>,
     threads: NonZero<usize>,
 ) -> Result<Rolled> {
-    let profiles = model.inputs.surfaces.iter().map(|surface| surface.profile());
-    let profiles = profiles.collect::<Result<Vec<Profile<'_>>>>()?;
-    let lanes = Arch::new().dispatch(CountLanes);
+    let profiles: Vec<Profile<'_>> = model.inputs.surfaces.iter().map(Surface::held).collect();
+    let [lanes, _] = lanes();
     let kind = |&number: &usize| {
         let passage = active[number].passage;
         model.step(passage).map(|step| step.kind())
@@ -121,16 +121,5 @@ impl WithSimd for Roll<'_> {
         abreast.run(simd, ticks, &mut forces)?;
         let states = (0..count).map(|lane| abreast.state(lane)).collect();
         Ok((Group { forces, lanes, axles }, states))
-    }
-}
-
-struct CountLanes;
-
-impl WithSimd for CountLanes {
-    type Output = usize;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> usize {
-        S::F64_LANES
     }
 }
