@@ -75,7 +75,7 @@ class Model(BaseModel):
     def __pydantic_init_subclass__(cls, **options: Any) -> None:
         """Complete the docstring by what stands beneath each field."""
         super().__pydantic_init_subclass__(**options)
-        if cls.__doc__ is None or "Parameters\n" in cls.__doc__:
+        if cls.__doc__ is None or not cls.model_fields or "Parameters\n" in cls.__doc__:
             return
         fields = (
             f"{name}{'' if field.is_required() else ', optional'}\n"

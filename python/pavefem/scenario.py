@@ -61,7 +61,26 @@ def scheme_from_table(value: Any) -> Any:
     return value
 
 
-class Scenario(Model):
+class ScenarioFile(Model):
+    """All inputs of a run, checked together, that a TOML file may hold."""
+
+    @classmethod
+    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a scenario file.
+
+        Raises
+        ------
+        FormatError
+            If the file is not TOML or holds wrong values: one line for each, with its key.
+        OSError
+            If the file cannot be read.
+        """
+        data = read_toml(path)
+        with told_of(path, "scenario"):
+            return cls.model_validate(data, context={"folder": Path(path).parent})
+
+
+class Scenario(ScenarioFile):
     """One vehicle on one road over one profile: all inputs of a run, checked together.
 
     In a TOML file every field is a key, `road`, `vehicle`, `profile` and `scheme` are tables, and
@@ -110,21 +129,6 @@ class Scenario(Model):
     """Whether a tire that would pull leaves the road; otherwise tires are linear."""
     coupling: Literal["one-way", "two-way"] = "one-way"
     """Whether tires feel the profile only (the paper), or the deflection under them too."""
-
-    @classmethod
-    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a scenario file.
-
-        Raises
-        ------
-        FormatError
-            If the file is not TOML or holds wrong values: one line for each, with its key.
-        OSError
-            If the file cannot be read.
-        """
-        data = read_toml(path)
-        with told_of(path, "scenario"):
-            return cls.model_validate(data, context={"folder": Path(path).parent})
 
     _profile = field_validator("profile", mode="before")(profile_from_table)
     _scheme = field_validator("scheme", mode="before")(scheme_from_table)

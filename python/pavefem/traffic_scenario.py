@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from itertools import pairwise
@@ -22,11 +21,11 @@ from pydantic import (
     model_validator,
 )
 
-from pavefem._model import Model, NotNegative, Number, Positive
-from pavefem._tables import make, read_toml, told_of
+from pavefem._model import NotNegative, Number, Positive
+from pavefem._tables import make
 from pavefem.profile import Profile
 from pavefem.road import Road
-from pavefem.scenario import beside, in_short, profile_from_table, scheme_from_table
+from pavefem.scenario import ScenarioFile, beside, in_short, profile_from_table, scheme_from_table
 from pavefem.scheme import Scheme
 from pavefem.traffic import Traffic, read_sumo
 
@@ -49,7 +48,7 @@ def _increasing(numbers: tuple[float, ...]) -> tuple[float, ...]:
 Increasing = AfterValidator(_increasing)
 
 
-class TrafficScenario(Model):
+class TrafficScenario(ScenarioFile):
     """Traffic on one road: all inputs of a run, checked together.
 
     In a TOML file every field is a key, `road`, `traffic`, `profile` and `scheme` are tables, and
@@ -109,21 +108,6 @@ class TrafficScenario(Model):
     """Edges of the distribution of pass peaks, m."""
     precision: Literal["double", "single"] = "double"
     """Numbers of the pavement's motion: of 64 bits, or of 32, at about twice the speed."""
-
-    @classmethod
-    def from_toml(cls, path: str | os.PathLike[str]) -> Self:
-        """Read a scenario file.
-
-        Raises
-        ------
-        FormatError
-            If the file is not TOML or holds wrong values: one line for each, with its key.
-        OSError
-            If the file cannot be read.
-        """
-        data = read_toml(path)
-        with told_of(path, "scenario"):
-            return cls.model_validate(data, context={"folder": Path(path).parent})
 
     @field_validator("traffic", mode="before")
     @classmethod

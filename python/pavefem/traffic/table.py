@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pavefem.profile import real_array
 from pavefem.traffic.generate import drawn
 from pavefem.vehicle import Vehicle
 
@@ -312,12 +313,7 @@ class Traffic:
 
 
 def _numbers(name: str, values: ArrayLike, count: int | None) -> NDArray[np.float64]:
-    if isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
-        raise ValueError(f"{name} has masked values: must be numbers")
-    try:
-        numbers = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name} must be numbers") from None
+    numbers = real_array(name, values)
     if count is not None and numbers.ndim == 0:
         numbers = np.full(count, float(numbers))
     if numbers.ndim != 1 or (count is not None and numbers.size != count):
@@ -326,7 +322,7 @@ def _numbers(name: str, values: ArrayLike, count: int | None) -> NDArray[np.floa
     if not np.isfinite(numbers).all():
         row = int(np.argmin(np.isfinite(numbers)))
         raise ValueError(f"{name} = {numbers[row]} of passage {row}: must be finite")
-    return numbers.copy()
+    return numbers
 
 
 def _whole(name: str, values: ArrayLike, count: int, low: int, high: int) -> NDArray[np.int64]:
